@@ -1,0 +1,22 @@
+//! The methods: pure mathematics, no clock, no I/O, and no other crate of this workspace.
+//!
+//! A robot's plan is a function of what the robot knows at this tick ([`PlanInput`]) and of what the method
+//! remembers. Every method lives in one file beside its paper and registers itself with one line in [`registry`].
+//!
+//! Units are SI; angles are radians, counter-clockwise from +x; x is forward and y is left in a body frame.
+
+pub mod apf;
+pub mod decentralized_apf;
+pub mod drive;
+pub mod geometry;
+pub mod params;
+pub mod planner;
+pub mod random;
+pub mod registry;
+pub mod straight;
+
+pub use drive::{Drive, Kind, Limits};
+pub use geometry::Capsule;
+pub use params::{ParamError, ParamField, ParamKind, ParamSpec, ParamValue, ParamValues};
+pub use planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
+pub use registry::{Identity, METHODS, Method, Symmetry, find};

@@ -1,0 +1,109 @@
+//! What a method is given and what it answers.
+
+use crate::drive::{Drive, Kind, Limits};
+use crate::geometry::Capsule;
+use nalgebra::{Point2, Vector2};
+
+/// Everything a method may look at in one tick. All of it is in the world frame.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanInput<'a> {
+    /// The tick being planned, counted from the start of the run.
+    pub tick: u64,
+    /// Length of a tick, s.
+    pub dt_s: f64,
+    /// Own position, m.
+    pub position: Point2<f64>,
+    /// Own heading, rad. A point robot keeps the heading it started with.
+    pub yaw_rad: f64,
+    /// Own velocity in the world frame, m/s.
+    pub velocity: Vector2<f64>,
+    /// Own body radius, m.
+    pub radius_m: f64,
+    /// How the body moves.
+    pub kind: Kind,
+    /// What the body can do.
+    pub limits: Limits,
+    /// Where the robot heads now, m.
+    pub goal: Point2<f64>,
+    /// The goal counts as reached within this distance, m.
+    pub goal_tolerance_m: f64,
+    /// The goal is the last one and has been reached: what is planned from here on is how to stay.
+    pub arrived: bool,
+    /// What the sensors see within range: fixed and moving obstacles, and bodies that do not speak on the radio.
+    /// Sorted by [`Obstacle::id`]; the edges of one polygon share an id and stand together.
+    pub obstacles: &'a [Obstacle],
+    /// The robots heard on the radio, sorted by [`Neighbor::id`].
+    pub neighbors: &'a [Neighbor],
+    /// The fixed obstacles of the whole world, for methods that plan on a map. Sorted like `obstacles`.
+    pub map: &'a [Obstacle],
+}
+
+/// A piece of an obstacle: a disc, a wall, or an edge of a polygon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Obstacle {
+    /// Names the obstacle; the edges of a polygon share it.
+    pub id: u32,
+    /// Its shape where it is now.
+    pub shape: Capsule,
+    /// Its velocity, m/s; zero for what stands still.
+    pub velocity: Vector2<f64>,
+}
+
+/// Of every obstacle the piece nearest to `position`: one obstacle, one push. Relies on the pieces of an obstacle
+/// standing together. A polygon is its edges here, so a robot that got inside one is pushed away from the nearest
+/// edge, further in.
+pub fn nearest_by_id(obstacles: &[Obstacle], position: Point2<f64>) -> impl Iterator<Item = &Obstacle> {
+    obstacles.chunk_by(|a, b| a.id == b.id).filter_map(move |pieces| match pieces {
+        // Most obstacles are discs: no distance to compute.
+        [only] => Some(only),
+        _ => pieces.iter().min_by(|a, b| a.shape.distance(position).total_cmp(&b.shape.distance(position))),
+    })
+}
+
+/// Another robot, as its own latest message describes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbor {
+    /// Names the robot for the length of a run: its slot.
+    pub id: u32,
+    /// Its position when it spoke, m.
+    pub position: Point2<f64>,
+    /// Its heading when it spoke, rad.
+    pub yaw_rad: f64,
+    /// Its velocity when it spoke, m/s.
+    pub velocity: Vector2<f64>,
+    /// Its body radius, m.
+    pub radius_m: f64,
+    /// How old that message is, s.
+    pub age_s: f64,
+    /// Distance it still has to its goal, m: the scalar behind right of way.
+    pub remaining_m: f64,
+    /// It has reached its last goal.
+    pub arrived: bool,
+    /// It stands still on purpose.
+    pub stopped: bool,
+}
+
+/// What a method answers. The two terms travel along so that a log explains itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// What the body should do during the tick, before limits and filters.
+    pub drive: Drive,
+    /// The part that pulls to the goal, in the method's own unit.
+    pub attractive: Vector2<f64>,
+    /// The part that pushes away from things, in the method's own unit.
+    pub repulsive: Vector2<f64>,
+}
+
+impl Plan {
+    /// A plan without field terms.
+    pub fn only(drive: Drive) -> Plan {
+        Plan { drive, attractive: Vector2::zeros(), repulsive: Vector2::zeros() }
+    }
+}
+
+/// A method at work for one robot.
+pub trait Planner: Send {
+    /// Plans one tick. The answer is finite for every finite input within a million metres, whatever overlaps
+    /// whatever; it has the form that the kind of body understands. Planning does not allocate.
+    fn plan(&mut self, input: &PlanInput<'_>) -> Plan;
+}

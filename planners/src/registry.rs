@@ -1,0 +1,69 @@
+//! The methods that exist. A new one costs its file, its `pub mod` and one line here.
+
+use crate::params::{self, ParamError, ParamSpec, ParamValues};
+use crate::planner::Planner;
+
+/// Builds a method for one robot, or says which parameter does not fit.
+pub type Build = fn(&ParamValues, Identity) -> Result<Box<dyn Planner>, ParamError>;
+
+/// A method as the registry knows it.
+pub struct Method {
+    /// Its name on the command line and in scenarios.
+    pub name: &'static str,
+    /// One line: what it is.
+    pub summary: &'static str,
+    /// Where it was published, or "" for what is not from a paper.
+    pub source: &'static str,
+    /// What leaves its plans unchanged; the property tests hold it to that.
+    pub symmetry: Symmetry,
+    /// Its parameters.
+    pub params: fn() -> Vec<ParamSpec>,
+    /// Builds it for one robot.
+    pub build: Build,
+}
+
+impl Method {
+    /// Every problem of these values, for a validator that lists them all. `build` stops at the first.
+    pub fn check(&self, values: &ParamValues) -> Vec<ParamError> {
+        params::check(&(self.params)(), values)
+    }
+}
+
+/// Changes of the world that change a method's plans only in the same way, up to rounding, with its default
+/// parameters. A method with a fixed set of directions is not symmetric under rotation; one that prefers a side is not
+/// under reflection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Symmetry {
+    /// Turning everything about any point.
+    pub rotation: bool,
+    /// Moving everything.
+    pub translation: bool,
+    /// Mirroring everything.
+    pub reflection: bool,
+    /// Listing the neighbours in another order.
+    pub neighbor_order: bool,
+}
+
+impl Symmetry {
+    /// All of them.
+    pub const FULL: Symmetry = Symmetry { rotation: true, translation: true, reflection: true, neighbor_order: true };
+}
+
+/// Who plans: keys of the random streams.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Seed of the run.
+    pub seed: u64,
+    /// Slot of the robot.
+    pub robot: u32,
+    /// How often the robot was started before.
+    pub incarnation: u32,
+}
+
+/// Every method, in the order in which help lists them.
+pub static METHODS: &[&Method] = &[&crate::straight::METHOD, &crate::apf::METHOD, &crate::decentralized_apf::METHOD];
+
+/// The method of that name.
+pub fn find(name: &str) -> Option<&'static Method> {
+    METHODS.iter().copied().find(|method| method.name == name)
+}

@@ -1,0 +1,57 @@
+//! Straight to the goal, whatever stands in the way: the null method, one end of every comparison.
+//!
+//! | symbol | here           | unit  | default | larger means             |
+//! |--------|----------------|-------|---------|--------------------------|
+//! |        | `heading_gain` | 1/s   | 3.0     | a unicycle turns sharper |
+
+use crate::drive::{Drive, Kind, steer};
+use crate::params::{ParamError, ParamValues};
+use crate::planner::{Plan, PlanInput, Planner};
+use crate::registry::{Identity, Method, Symmetry};
+
+/// The line of the registry.
+pub static METHOD: Method = Method {
+    name: "straight",
+    summary: "straight to the goal at full speed, blind to everything else",
+    source: "",
+    symmetry: Symmetry::FULL,
+    params: Params::specs,
+    build,
+};
+
+crate::params! {
+    /// What a scenario can change.
+    pub struct Params {
+        /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
+        heading_gain: f64 = 3.0, "1/s", 0.0..=100.0;
+    }
+}
+
+/// The method at work for one robot; it remembers nothing.
+#[derive(Clone, Debug, Default)]
+pub struct Straight {
+    /// What a scenario can change.
+    pub params: Params,
+}
+
+fn build(values: &ParamValues, _: Identity) -> Result<Box<dyn Planner>, ParamError> {
+    Ok(Box::new(Straight { params: Params::from_values(values)? }))
+}
+
+impl Planner for Straight {
+    fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
+        let to_goal = input.goal - input.position;
+        let distance = to_goal.norm();
+        if input.arrived || distance <= input.goal_tolerance_m {
+            return Plan::only(Drive::stop(input.kind));
+        }
+        // The last tick ends on the goal, not beyond it.
+        let speed = input.limits.speed_mps_max.min(distance / input.dt_s);
+        let velocity = to_goal / distance * speed;
+        let drive = match input.kind {
+            Kind::Point => Drive::Velocity(velocity),
+            Kind::Unicycle => steer(velocity, input.yaw_rad, self.params.heading_gain, &input.limits),
+        };
+        Plan { attractive: velocity, ..Plan::only(drive) }
+    }
+}
