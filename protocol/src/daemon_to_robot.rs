@@ -1,0 +1,69 @@
+//! What the daemon tells an agent when it starts it: a file in the root of the run, read once.
+
+use planners::Obstacle;
+use crate::Seat;
+use scenarios::{Clock, Radio, Robot, Scenario, What};
+use serde::{Deserialize, Serialize};
+
+/// Everything an agent needs to know of the scenario.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AgentSpec {
+    /// Slot and life of the robot.
+    pub seat: Seat,
+    /// The robot.
+    pub robot: Robot,
+    /// How time passes.
+    pub clock: Clock,
+    /// How many pieces the obstacles of the world have, before those of the robots' bodies.
+    pub shape_pieces: u32,
+    /// How many robots the fleet can hold.
+    pub max_robots: u32,
+    /// The fixed obstacles, if the robot knows the map; else empty.
+    pub map: Vec<MapPiece>,
+    /// The radio of this receiver: from which tick on it is what. The first entry is for tick 0.
+    pub radio: Vec<(u64, Radio)>,
+}
+
+impl AgentSpec {
+    /// The part of a scenario that the agent of this seat may know.
+    pub fn new(scenario: &Scenario, robot: &Robot, seat: Seat) -> AgentSpec {
+        let mut radio = vec![(0, scenario.radio)];
+        for event in &scenario.events {
+            if let What::Radio { robot, radio: new } = &event.what
+                && robot.is_none_or(|slot| slot == seat.slot as usize)
+            {
+                radio.push((event.tick, *new));
+            }
+        }
+        let mut map = Vec::new();
+        if robot.knows_map {
+            for (id, obstacle) in scenario.obstacles.iter().enumerate().filter(|(_, o)| o.motion.is_none()) {
+                map.extend(obstacle.shape.pieces().into_iter().map(|shape| MapPiece { id: id as u32, shape }));
+            }
+        }
+        AgentSpec {
+            seat,
+            robot: robot.clone(),
+            clock: scenario.clock,
+            shape_pieces: scenario.shape_pieces(),
+            max_robots: scenario.fleet.max_robots as u32,
+            map,
+            radio,
+        }
+    }
+}
+
+/// A fixed piece on a map. Mirrors [`planners::Obstacle`] in a form that can be stored.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapPiece {
+    /// Names the obstacle.
+    pub id: u32,
+    /// Its shape.
+    pub shape: planners::Capsule,
+}
+
+impl From<MapPiece> for Obstacle {
+    fn from(piece: MapPiece) -> Obstacle {
+        Obstacle { id: piece.id, shape: piece.shape, velocity: nalgebra::Vector2::zeros() }
+    }
+}

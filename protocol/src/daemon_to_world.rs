@@ -1,0 +1,61 @@
+//! What the daemon tells the world: facts about processes, and what operators ask for. The world decides what they
+//! mean, at the next boundary between two ticks.
+
+use crate::Seat;
+use scenarios::Robot;
+use serde::{Deserialize, Serialize};
+
+/// One order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Order {
+    /// A robot that the scenario does not have enters in this slot as soon as its agent is ready.
+    Admit {
+        /// Its slot, free so far.
+        slot: u32,
+        /// The robot.
+        robot: Box<Robot>,
+    },
+    /// The robot goes, and is gone.
+    Remove {
+        /// Its slot.
+        slot: u32,
+    },
+    /// A goal for a robot.
+    Task {
+        /// Number of the task, given by the daemon.
+        task: u32,
+        /// Slot of the robot.
+        slot: u32,
+        /// The goal, m.
+        goal_m: [f64; 2],
+        /// At once, or behind the goals that are waiting.
+        now: bool,
+    },
+    /// The process of this seat does not answer.
+    Absent {
+        /// Whose.
+        seat: Seat,
+        /// Why.
+        cause: Absence,
+    },
+    /// The run ends after the present tick.
+    Stop,
+}
+
+/// Why a process does not answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Absence {
+    /// It died of this signal, or ended with this code.
+    Died {
+        /// The signal, if it was one.
+        signal: Option<i32>,
+        /// The exit code, if there was one.
+        code: Option<i32>,
+    },
+    /// It was stopped (SIGSTOP).
+    Stopped,
+    /// It did not answer within the straggler limit.
+    Overdue,
+    /// It was not ready within the start limit, or could not be started at all.
+    NotStarted,
+}

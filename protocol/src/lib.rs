@@ -1,0 +1,37 @@
+//! What the processes of a fleet say to each other, one file per arrow:
+//!
+//! ```text
+//! daemon ----- daemon_to_robot (its spec, a file) -----> robot-agent
+//! daemon ----- daemon_to_world (spec, orders) ---------> world-sim
+//! daemon <---- world_to_daemon (notices, outcome) ------ world-sim
+//! world-sim -- world_to_robot (boards) ----------------> robot-agent
+//! robot-agent  robot_to_world (its board) -------------> world-sim
+//! robot-agent  robot_to_robot (its board) -------------> robot-agent
+//! world-sim -- world_to_observer (frames) -------------> anyone
+//! operator --- operator_to_daemon (request, reply) ----> daemon
+//! ```
+//!
+//! Messages of the loop are plain memory (`repr(C)`, versioned type names) that is read where it was written.
+//! Everything else is bincode, through [`codec`].
+
+pub mod codec;
+pub mod daemon_to_robot;
+pub mod daemon_to_world;
+pub mod operator_to_daemon;
+pub mod robot_to_robot;
+pub mod robot_to_world;
+pub mod world_to_daemon;
+pub mod world_to_observer;
+pub mod world_to_robot;
+
+use serde::{Deserialize, Serialize};
+
+/// One life of one robot's process. Slots name robots for the length of a run; the incarnation counts how often
+/// the robot's process was started before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Seat {
+    /// The robot's slot.
+    pub slot: u32,
+    /// How often its process was started before.
+    pub incarnation: u32,
+}

@@ -1,0 +1,110 @@
+//! What a second terminal asks of a running fleet, and what it is answered.
+
+use serde::{Deserialize, Serialize};
+
+/// A request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Request {
+    /// Who is in the fleet?
+    Status,
+    /// Let one more robot join.
+    Add(NewRobot),
+    /// Give a robot a goal.
+    Task {
+        /// Name of the robot.
+        robot: String,
+        /// The goal, m.
+        goal_m: [f64; 2],
+        /// At once, or behind the goals that are waiting.
+        now: bool,
+    },
+}
+
+/// A robot to add; what is not said comes from the scenario's defaults.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NewRobot {
+    /// Its name; `None` lets the daemon find one.
+    pub id: Option<String>,
+    /// Where it starts, m.
+    pub start_m: [f64; 2],
+    /// Its heading, rad; `None` is towards its goal.
+    pub start_yaw_rad: Option<f64>,
+    /// Its goal, m.
+    pub goal_m: [f64; 2],
+    /// Its method.
+    pub planner: Option<String>,
+    /// How it moves: `point` or `unicycle`.
+    pub kind: Option<String>,
+}
+
+/// An answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Reply {
+    /// To [`Request::Status`].
+    Status(Status),
+    /// The robot is on its way in.
+    Added {
+        /// Its name.
+        robot: String,
+        /// Its slot.
+        slot: u32,
+    },
+    /// The goal has been handed on.
+    Tasked {
+        /// Number of the task.
+        task: u32,
+    },
+    /// It cannot be done: why, and the way out.
+    Refused {
+        /// What is wrong.
+        problem: String,
+        /// What to do about it.
+        hint: Option<String>,
+    },
+}
+
+/// The fleet at this moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Clock mode.
+    pub mode: String,
+    /// The newest tick.
+    pub tick: u64,
+    /// Simulated time, s.
+    pub time_s: f64,
+    /// Process of the daemon.
+    pub daemon_pid: u32,
+    /// Process of the world.
+    pub world_pid: u32,
+    /// The robots, by slot.
+    pub robots: Vec<RobotStatus>,
+}
+
+/// One robot at this moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotStatus {
+    /// Its name.
+    pub id: String,
+    /// Its slot.
+    pub slot: u32,
+    /// Its life.
+    pub incarnation: u32,
+    /// Its process, if it has one.
+    pub pid: Option<u32>,
+    /// `starting`, `running`, `held`, `dead`, `dropped`, `left`, `awaited`.
+    pub state: String,
+    /// Its method.
+    pub planner: String,
+    /// Position, m.
+    pub position_m: [f64; 2],
+    /// Its goal now, m.
+    pub goal_m: [f64; 2],
+    /// It has reached its last goal.
+    pub arrived: bool,
+    /// Goals reached.
+    pub goals_done: u32,
+    /// Goals left.
+    pub goals_left: u32,
+}

@@ -1,0 +1,53 @@
+//! What a robot asks of its body.
+
+use iceoryx2::prelude::ZeroCopySend;
+use planners::Drive;
+
+
+/// The command of one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.Command.v1")]
+pub struct Command {
+    /// The tick of the odometry that it was computed from.
+    pub tick: u64,
+    /// When it was written, monotonic clock, ns. Zero: never.
+    pub stamp_ns: u64,
+    /// When the odometry behind it was written, monotonic clock, ns.
+    pub odometry_stamp_ns: u64,
+    /// Which form, see the `FORM_*` constants.
+    pub form: u32,
+    /// The life of the robot that wrote it.
+    pub incarnation: u32,
+    /// Velocity along x, m/s; or forward speed, m/s.
+    pub first: f64,
+    /// Velocity along y, m/s; or turn rate, rad/s.
+    pub second: f64,
+}
+
+impl Command {
+    /// No command yet.
+    pub const FORM_NONE: u32 = 0;
+    /// A velocity in the world frame.
+    pub const FORM_VELOCITY: u32 = 1;
+    /// A forward speed and a turn rate.
+    pub const FORM_TWIST: u32 = 2;
+
+    /// Fills in the drive.
+    pub fn with_drive(mut self, drive: Drive) -> Command {
+        (self.form, self.first, self.second) = match drive {
+            Drive::Velocity(v) => (Command::FORM_VELOCITY, v.x, v.y),
+            Drive::Twist { speed_mps, turn_radps } => (Command::FORM_TWIST, speed_mps, turn_radps),
+        };
+        self
+    }
+
+    /// The drive in it; `None` for a form that nobody knows.
+    pub fn drive(&self) -> Option<Drive> {
+        match self.form {
+            Command::FORM_VELOCITY => Some(Drive::Velocity(nalgebra::Vector2::new(self.first, self.second))),
+            Command::FORM_TWIST => Some(Drive::Twist { speed_mps: self.first, turn_radps: self.second }),
+            _ => None,
+        }
+    }
+}

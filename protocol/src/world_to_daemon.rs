@@ -1,0 +1,115 @@
+//! What the world tells the daemon: whom it expects, what happened, and in the end the outcome.
+
+use crate::Seat;
+use serde::{Deserialize, Serialize};
+
+/// Something that the daemon acts on while the run goes on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Notice {
+    /// The agent of this seat is needed at that tick: start it.
+    Expect {
+        /// Whose.
+        seat: Seat,
+        /// When it is to take part first.
+        tick: u64,
+    },
+    /// The robot of this seat takes part from this tick on.
+    Entered {
+        /// Whose.
+        seat: Seat,
+        /// Since when.
+        tick: u64,
+    },
+    /// Kill the process of this seat: the timeline or the straggler policy says so.
+    Kill {
+        /// Whose.
+        seat: Seat,
+    },
+    /// Stop the process of this seat (SIGSTOP).
+    Pause {
+        /// Whose.
+        seat: Seat,
+    },
+    /// Let the process of this seat go on (SIGCONT).
+    Resume {
+        /// Whose.
+        seat: Seat,
+    },
+    /// The robot of this seat has left; its process ends by itself.
+    Left {
+        /// Whose.
+        seat: Seat,
+    },
+    /// An entry for the log of the run.
+    Log(Event),
+}
+
+/// What happened, for the report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// At which tick.
+    pub tick: u64,
+    /// What: `joined`, `left`, `task`, `task-done`, `arrived`, `contact`, `killed`, `died`, `paused`, `resumed`,
+    /// `held`, `dropped`, `restarted`, `radio`, ...
+    pub kind: String,
+    /// Slot of the robot it is about, if it is about one.
+    pub slot: Option<u32>,
+    /// More about it, for people.
+    pub detail: String,
+}
+
+/// What a run came to, by ground truth. Written by the world when it ends, as a file in the root of the run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Ticks that were run.
+    pub ticks: u64,
+    /// Hash of every robot's state at every tick.
+    pub trajectory_hash: u64,
+    /// One entry per robot that was ever in the world, by slot.
+    pub robots: Vec<RobotOutcome>,
+    /// Number of times two robots began to overlap.
+    pub robot_contacts: u64,
+    /// Number of times a robot began to overlap an obstacle.
+    pub obstacle_contacts: u64,
+    /// Smallest swept clearance between two robots, m; `None` with fewer than two.
+    pub min_clearance_m: Option<f64>,
+    /// Smallest swept clearance between a robot and an obstacle, m; `None` without obstacles.
+    pub min_obstacle_clearance_m: Option<f64>,
+    /// The log.
+    pub events: Vec<Event>,
+    /// Events that did not fit the log.
+    pub events_lost: u64,
+}
+
+/// What became of one robot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RobotOutcome {
+    /// Its slot.
+    pub slot: u32,
+    /// Its last life.
+    pub incarnation: u32,
+    /// It has entered the tolerance of its last goal.
+    pub arrived: bool,
+    /// When it did, since the start of the run (for a late joiner: since it joined), s.
+    pub time_s: Option<f64>,
+    /// The tick at which it did.
+    pub arrived_tick: Option<u64>,
+    /// The tick at which it entered the world.
+    pub joined_tick: u64,
+    /// How far it drove until it arrived, or in all, m.
+    pub path_length_m: f64,
+    /// Against the shortest free path; `None` where that is undefined.
+    pub path_ratio: Option<f64>,
+    /// Contacts it was part of.
+    pub contacts: u64,
+    /// Goals reached that came as tasks.
+    pub tasks_done: u32,
+    /// Goals reached in all.
+    pub goals_done: u32,
+    /// Not arrived, and hardly moving over the last 10 s.
+    pub deadlocked: bool,
+    /// Smoothness (log dimensionless jerk), 0 is best; `None` for a robot that never moved.
+    pub ldj: Option<f64>,
+    /// It was taken out: dropped, dead for good, or left.
+    pub gone: Option<String>,
+}

@@ -1,0 +1,143 @@
+//! What the world tells one robot: where it is and where to go, whom it hears, what it sees.
+//!
+//! All three are entries of the world's board. The odometry is written every tick, the lists when they change.
+
+use iceoryx2::prelude::ZeroCopySend;
+use scenarios::{MAX_ROBOTS, MAX_SHAPES};
+
+/// Most pieces that can be in sight: every piece of every obstacle, and every robot that is not on the radio.
+pub const MAX_SENSED: usize = MAX_SHAPES + MAX_ROBOTS;
+
+/// Where a robot is, and where it is to go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.Odometry.v1")]
+pub struct Odometry {
+    /// Tick of this state.
+    pub tick: u64,
+    /// When it was written, monotonic clock, ns.
+    pub stamp_ns: u64,
+    /// Position, m.
+    pub x_m: f64,
+    /// Position, m.
+    pub y_m: f64,
+    /// Heading, rad.
+    pub yaw_rad: f64,
+    /// Velocity in the world frame, m/s.
+    pub vx_mps: f64,
+    /// Velocity in the world frame, m/s.
+    pub vy_mps: f64,
+    /// Turn rate, rad/s.
+    pub turn_radps: f64,
+    /// Where the goal is now, m.
+    pub goal_x_m: f64,
+    /// Where the goal is now, m.
+    pub goal_y_m: f64,
+    /// Which life of the robot this is for.
+    pub incarnation: u32,
+    /// Goals reached so far.
+    pub goals_done: u32,
+    /// Goals left, the present one included.
+    pub goals_left: u32,
+    /// What the robot is to do, see the `FLAG_*` constants.
+    pub flags: u32,
+}
+
+impl Odometry {
+    /// The robot takes part in this tick: it plans, speaks and is expected to answer.
+    pub const FLAG_PRESENT: u32 = 1;
+    /// The last goal has been reached.
+    pub const FLAG_ARRIVED: u32 = 2;
+    /// The robot has left for good: its process should end.
+    pub const FLAG_LEFT: u32 = 4;
+
+    /// Whether a flag is set.
+    pub fn has(&self, flag: u32) -> bool {
+        self.flags & flag != 0
+    }
+}
+
+/// A robot in radio range.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.NeighborRef.v1")]
+pub struct NeighborRef {
+    /// Its slot.
+    pub slot: u32,
+    /// Its life: the board to read has this in its name.
+    pub incarnation: u32,
+}
+
+/// The robots in radio range, sorted by slot.
+#[derive(Clone, Copy, Debug, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.NeighborList.v1")]
+pub struct NeighborList {
+    /// How many.
+    pub len: u32,
+    /// Keeps the layout explicit.
+    pub reserved: u32,
+    /// The first `len` count.
+    pub entries: [NeighborRef; MAX_ROBOTS],
+}
+
+impl NeighborList {
+    /// Nobody.
+    pub const EMPTY: NeighborList =
+        NeighborList { len: 0, reserved: 0, entries: [NeighborRef { slot: 0, incarnation: 0 }; MAX_ROBOTS] };
+
+    /// The robots in it.
+    pub fn as_slice(&self) -> &[NeighborRef] {
+        &self.entries[..(self.len as usize).min(MAX_ROBOTS)]
+    }
+}
+
+/// The pieces in sensor range, by index, sorted.
+#[derive(Clone, Copy, Debug, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.SensedList.v1")]
+pub struct SensedList {
+    /// How many.
+    pub len: u32,
+    /// Keeps the layout explicit.
+    pub reserved: u32,
+    /// The first `len` count.
+    pub pieces: [u16; MAX_SENSED],
+}
+
+impl SensedList {
+    /// Nothing.
+    pub const EMPTY: SensedList = SensedList { len: 0, reserved: 0, pieces: [0; MAX_SENSED] };
+
+    /// The indices in it.
+    pub fn as_slice(&self) -> &[u16] {
+        &self.pieces[..(self.len as usize).min(MAX_SENSED)]
+    }
+}
+
+/// A piece of an obstacle, or the body of a robot that is not on the radio, where it is at this tick.
+///
+/// Pieces are numbered: first those of the obstacles in the order of the scenario, then one per slot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.Piece.v1")]
+pub struct Piece {
+    /// One end of its core, m.
+    pub ax_m: f64,
+    /// One end of its core, m.
+    pub ay_m: f64,
+    /// The other end, m.
+    pub bx_m: f64,
+    /// The other end, m.
+    pub by_m: f64,
+    /// From the core to the surface, m.
+    pub radius_m: f64,
+    /// Velocity, m/s.
+    pub vx_mps: f64,
+    /// Velocity, m/s.
+    pub vy_mps: f64,
+    /// The obstacle it belongs to: its index in the scenario, or the number of obstacles plus the slot.
+    pub obstacle: u32,
+    /// Keeps the layout explicit.
+    pub reserved: u32,
+}
