@@ -1,0 +1,103 @@
+//! A robot that is added to a running fleet.
+
+use crate::check::{Ground, Source, Surfaces};
+use crate::keys::LARGE;
+use crate::model::{MAX_GOALS, Robot, Scenario};
+use crate::problems::{Origin, Problems, Report};
+use crate::{methods, robots, walk};
+use nalgebra::Point2;
+use planners::{Kind, ParamValues};
+
+/// What `shoal add` says about the robot; the rest comes from the scenario's defaults.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NewRobot {
+    /// Its name; `None` takes the first free one of r00, r01, ...
+    pub id: Option<String>,
+    /// How it moves.
+    pub kind: Option<Kind>,
+    /// Body radius, m.
+    pub radius_m: Option<f64>,
+    /// Where it starts, m.
+    pub start: Point2<f64>,
+    /// Its heading at the start, rad; `None` is towards its first goal.
+    pub start_yaw_rad: Option<f64>,
+    /// Its goals in order, m; none means that it stays where it starts.
+    pub goals: Vec<Point2<f64>>,
+    /// Its method; `None` is that of the defaults, with the defaults' parameters.
+    pub planner: Option<String>,
+    /// Parameters of its method.
+    pub params: ParamValues,
+}
+
+/// Builds a robot for a running fleet, with the checks that a robot of the file gets. `scenario.robots` are the robots
+/// whose ids are taken; where they are now is for the caller to check.
+pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Problems> {
+    let taken = |id: &str| scenario.robots.iter().any(|robot| robot.id == id);
+    let free = || (0..).map(|n| format!("r{n:02}")).find(|id| !taken(id)).unwrap_or_default();
+    let id = request.id.clone().unwrap_or_else(free);
+    let mut report = Report::new(format!("robot `{}`", id.escape_debug()), Vec::new());
+    let here = Origin::Whole;
+
+    if let Err(message) = walk::check_id(&id, 32) {
+        report.add(here, "id", message);
+    } else if taken(&id) {
+        report.add_hint(here, "id", format!("the id `{id}` is taken"), "leave the id out to get a free one");
+    }
+    let template = &scenario.template;
+    let radius_m = request.radius_m.unwrap_or(template.radius_m);
+    if !(radius_m > 0.0 && radius_m <= LARGE) {
+        report.add(here, "radius_m", format!("must be above 0, is {radius_m}"));
+    }
+    let start_yaw_rad = request.start_yaw_rad.unwrap_or_else(|| {
+        robots::yaw(request.goals.first().map_or(nalgebra::Vector2::zeros(), |goal| goal - request.start))
+    });
+    if !start_yaw_rad.is_finite() {
+        report.add(here, "start_yaw_rad", format!("must be a number, is {start_yaw_rad}"));
+    }
+    let goals = if request.goals.is_empty() { vec![request.start] } else { request.goals.clone() };
+    if goals.len() > MAX_GOALS {
+        report.add(here, "goals", format!("there can be at most {MAX_GOALS}, there are {}", goals.len()));
+    }
+    for point in goals.iter().chain([&request.start]).filter(|point| !point.coords.iter().all(|x| x.is_finite())) {
+        report.add(here, "", format!("[{}, {}] is no place", point.x, point.y));
+    }
+
+    let planner = request.planner.as_deref().unwrap_or(&template.planner);
+    let mut params = if planner == template.planner { template.params.clone() } else { ParamValues::new() };
+    params.extend(request.params.clone());
+    if let Some(method) = methods::find(planner, "planner", here, &mut report) {
+        for problem in method.check(&params) {
+            methods::add(method, &problem, &format!("params.{}", problem.name()), here, &mut report);
+        }
+    }
+
+    let robot = Robot {
+        kind: request.kind.unwrap_or(template.kind),
+        radius_m,
+        start: request.start,
+        start_yaw_rad,
+        goals,
+        goal_motion: None,
+        planner: planner.to_string(),
+        params,
+        id,
+        ..template.clone()
+    };
+    let at = |key: &str| (key.to_string(), here);
+    let source = Source { id: at("id"), start: at("start"), goal: at("goal"), waypoints: at("goal"), late: true };
+    let surfaces = Surfaces::new(&scenario.obstacles);
+    Ground { world: scenario.bounds, surfaces: &surfaces }.check(&robot, &source, &mut report);
+    report.finish().map(|()| robot)
+}
+
+/// What is wrong with a goal for a robot of a running fleet, if anything is.
+pub fn goal_problem(scenario: &Scenario, robot: &Robot, goal: Point2<f64>) -> Option<String> {
+    let mut report = Report::new(format!("robot `{}`", robot.id), Vec::new());
+    if !goal.coords.iter().all(|x| x.is_finite()) {
+        return Some(format!("[{}, {}] is no place", goal.x, goal.y));
+    }
+    let surfaces = Surfaces::new(&scenario.obstacles);
+    let ground = Ground { world: scenario.bounds, surfaces: &surfaces };
+    ground.place(goal, robot.radius_m, false, "the goal", "", Origin::Whole, &mut report);
+    report.finish().err().and_then(|problems| Some(problems.shown.first()?.to_string()))
+}

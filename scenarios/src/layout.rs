@@ -1,0 +1,159 @@
+//! Robots in a pattern: where each starts and where it goes. Every random number comes from the seed of the scenario
+//! and the number of the robot, so adding robots moves no other, except where they have to make way (`random`).
+
+use crate::check::Surfaces;
+use crate::model::Bounds;
+use crate::node::{Node, Value};
+use crate::problems::Report;
+use nalgebra::{Point2, Vector2};
+use planners::random::Stream;
+use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
+
+/// A place of a random layout is given up after this many tries.
+const TRIES_MAX: usize = 300;
+
+/// What a random layout has to keep clear of.
+pub(crate) struct Surroundings<'a> {
+    pub(crate) world: Bounds,
+    pub(crate) seed: u64,
+    /// Radius of the robots to be placed.
+    pub(crate) radius_m: f64,
+    pub(crate) obstacles: &'a Surfaces,
+    /// Starts of other robots and their radii.
+    pub(crate) starts: &'a [(Point2<f64>, f64)],
+    /// Last goals of other robots and the robots' radii.
+    pub(crate) goals: &'a [(Point2<f64>, f64)],
+}
+
+/// Start and goal of every robot of a layout; nothing if the layout cannot be placed, which has been reported then.
+pub(crate) fn places(node: &Node, around: &Surroundings<'_>, report: &mut Report) -> Option<Vec<[Point2<f64>; 2]>> {
+    let count = node.int("robots")? as usize;
+    let tag = node.tag?;
+    if tag == "random" {
+        return random(node, count, around, report);
+    }
+    let center = node.point("center_m")?.coords;
+    let places: Vec<[Point2<f64>; 2]> = match tag {
+        "circle-swap" | "ring" => {
+            let (radius, phase) = (node.float("radius_m")?, node.float("phase_rad")?);
+            let at = |i: usize, turn: f64| {
+                let angle = phase + TAU * i as f64 / count as f64 + turn;
+                Point2::from(center + Vector2::new(angle.cos(), angle.sin()) * radius)
+            };
+            if tag == "circle-swap" {
+                (0..count).map(|i| [at(i, 0.0), at(i, PI)]).collect()
+            } else {
+                let shift = node.int("shift").map_or((count / 2).max(1), |shift| shift as usize);
+                if shift.is_multiple_of(count) && count > 1 {
+                    let message = format!("{shift} places further round {count} is where each robot already is");
+                    report.add(node.at("shift"), &node.key("shift"), message);
+                    return None;
+                }
+                (0..count).map(|i| [at(i, 0.0), at(i + shift, 0.0)]).collect()
+            }
+        }
+        "grid" => {
+            let spacing = node.float("spacing_m")?;
+            let columns = node.int("columns").map_or((count as f64).sqrt().ceil() as usize, |columns| columns as usize);
+            let columns = columns.min(count).max(1);
+            let rows = count.div_ceil(columns);
+            let offset = Vector2::from(node.pair("offset_m")?);
+            let middle = Vector2::new((columns - 1) as f64, (rows - 1) as f64) / 2.0;
+            let at = |i: usize| {
+                let cell = Vector2::new((i % columns) as f64, (i / columns) as f64);
+                Point2::from(center + (cell - middle) * spacing)
+            };
+            (0..count).map(|i| [at(i), at(i) + offset]).collect()
+        }
+        _ => {
+            let (spacing, gap) = (node.float("spacing_m")?, node.float("gap_m")?);
+            let in_line = count.div_ceil(2);
+            let at = |row: usize, side: f64| {
+                let along = (row as f64 - (in_line - 1) as f64 / 2.0) * spacing;
+                Point2::from(center + Vector2::new(side * gap / 2.0, along))
+            };
+            let place = |i: usize| {
+                let side = if i.is_multiple_of(2) { -1.0 } else { 1.0 };
+                [at(i / 2, side), at(i / 2, -side)]
+            };
+            (0..count).map(place).collect()
+        }
+    };
+    let jitter = node.float("jitter_m")?;
+    let shake = |(i, [start, goal]): (usize, [Point2<f64>; 2])| {
+        let mut stream = Stream::new(around.seed, i as u32, 0, "layout");
+        let (distance, angle) = (jitter * stream.unit().sqrt(), TAU * stream.unit());
+        [start + Vector2::new(angle.cos(), angle.sin()) * distance, goal]
+    };
+    Some(places.into_iter().enumerate().map(shake).collect())
+}
+
+/// Starts and goals anywhere, with room round each: drawn again until they fit.
+fn random(node: &Node, count: usize, around: &Surroundings<'_>, report: &mut Report) -> Option<Vec<[Point2<f64>; 2]>> {
+    let side = |key: &str, default: [f64; 2]| match node.value(key) {
+        None => Some(default),
+        Some(Value::Pair(pair)) => Some(*pair),
+        Some(_) => None,
+    };
+    let (x, y) = (side("x_m", around.world.x_m)?, side("y_m", around.world.y_m)?);
+    let (spread, distance_min) = (node.float("spread_m")?, node.float("goal_distance_m_min")?);
+    let mut starts = Crowd::new(around.radius_m, spread, around.starts);
+    let mut goals = Crowd::new(around.radius_m, spread, around.goals);
+    let mut places: Vec<[Point2<f64>; 2]> = Vec::with_capacity(count);
+    for i in 0..count {
+        let mut stream = Stream::new(around.seed, i as u32, 0, "layout");
+        let mut draw = |fits: &dyn Fn(Point2<f64>) -> bool| {
+            (0..TRIES_MAX)
+                .map(|_| Point2::new(stream.between(x[0], x[1]), stream.between(y[0], y[1])))
+                .find(|p| around.obstacles.clearance_at_least(*p, around.radius_m + spread) && fits(*p))
+        };
+        let start = draw(&|p| starts.has_room(p));
+        let goal =
+            start.and_then(|start| draw(&|p| goals.has_room(p) && nalgebra::distance(&p, &start) >= distance_min));
+        let (Some(start), Some(goal)) = (start, goal) else {
+            let what = if start.is_none() { "start" } else { "goal" };
+            let message = format!("no room for the {what} of robot {i} of {count} after {TRIES_MAX} tries");
+            let hint = "fewer robots, a larger area (x_m, y_m), or a smaller spread_m or goal_distance_m_min";
+            report.add_hint(node.at("robots"), &node.path, message, hint);
+            return None;
+        };
+        starts.add(start);
+        goals.add(goal);
+        places.push([start, goal]);
+    }
+    Some(places)
+}
+
+/// Discs of one radius that keep apart, in cells at least as wide as the distance that they keep; and a few others.
+struct Crowd<'a> {
+    cell_m: f64,
+    apart_m: f64,
+    radius_m: f64,
+    spread_m: f64,
+    cells: HashMap<(i64, i64), Vec<Point2<f64>>>,
+    others: &'a [(Point2<f64>, f64)],
+}
+
+impl<'a> Crowd<'a> {
+    fn new(radius_m: f64, spread_m: f64, others: &'a [(Point2<f64>, f64)]) -> Crowd<'a> {
+        let apart_m = 2.0 * radius_m + spread_m;
+        Crowd { cell_m: apart_m.max(0.001), apart_m, radius_m, spread_m, cells: HashMap::new(), others }
+    }
+
+    fn cell(&self, p: Point2<f64>) -> (i64, i64) {
+        ((p.x / self.cell_m).floor() as i64, (p.y / self.cell_m).floor() as i64)
+    }
+
+    fn has_room(&self, p: Point2<f64>) -> bool {
+        let (x, y) = self.cell(p);
+        let near = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y)));
+        let mut near = near.filter_map(|cell| self.cells.get(&cell)).flatten();
+        near.all(|q| nalgebra::distance(&p, q) >= self.apart_m)
+            && self.others.iter().all(|(q, r)| nalgebra::distance(&p, q) >= r + self.radius_m + self.spread_m)
+    }
+
+    fn add(&mut self, p: Point2<f64>) {
+        self.cells.entry(self.cell(p)).or_default().push(p);
+    }
+}

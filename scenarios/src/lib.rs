@@ -1,0 +1,122 @@
+//! Scenarios: the TOML format, its validation, and the catalog that ships with shoal.
+//!
+//! A text becomes a [`Scenario`] in three steps: `document.rs` reads the TOML and remembers the lines, `walk.rs` checks
+//! keys, types and bounds against the one table of `table.rs`, and `resolve.rs` fills in defaults, places layouts and
+//! checks what depends on more than one value. Each step goes on after a problem, so that all are reported at once.
+//!
+//! Nothing here reads files or clocks.
+
+mod add;
+mod catalog;
+mod check;
+mod document;
+mod keys;
+mod layout;
+mod methods;
+pub mod model;
+mod node;
+mod obstacles;
+mod problems;
+mod resolve;
+mod robots;
+mod schema;
+mod table;
+mod timeline;
+mod walk;
+
+pub use add::{NewRobot, add_robot, goal_problem};
+pub use catalog::{CatalogEntry, UnknownScenario, catalog, find_catalog};
+pub use model::*;
+pub use problems::{Problem, Problems};
+pub use schema::{help, schema};
+
+use document::{Raw, RawTable, RawValue};
+use problems::{Origin, Report};
+
+/// What the command line changes in a scenario.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Overrides {
+    /// `--mode`.
+    pub mode: Option<Mode>,
+    /// `--planner`: every robot uses this method; parameters for other methods no longer count.
+    pub planner: Option<String>,
+    /// `--robots`, for scenarios with a layout.
+    pub robots: Option<usize>,
+    /// `--seed`.
+    pub seed: Option<u64>,
+    /// `--duration`, s. Events that come later do not happen.
+    pub duration_s: Option<f64>,
+    /// `--set`, each as `path.to.key=TOML-value`. The options above are stronger.
+    pub set: Vec<String>,
+}
+
+/// Reads a scenario. `file_name` is only for messages, and for the name of a scenario that has none.
+pub fn parse(file_name: &str, text: &str, overrides: &Overrides) -> Result<Scenario, Problems> {
+    let mut report = Report::new(format!("scenario `{file_name}`"), options(overrides));
+    let Some(mut document) = document::read(text, &mut report) else {
+        report.finish()?;
+        unreachable!("a text that cannot be read has a problem");
+    };
+    let planner = apply(&mut document, overrides, &mut report);
+    let root = walk::walk(document, &mut report);
+    let scenario = resolve::resolve(&root, stem(file_name), planner, &mut report);
+    report.finish().map(|()| scenario)
+}
+
+/// The options as they were given, for messages.
+fn options(overrides: &Overrides) -> Vec<String> {
+    let Overrides { mode, planner, robots, seed, duration_s, set } = overrides;
+    let mut options: Vec<String> = set.iter().map(|assignment| format!("--set {assignment}")).collect();
+    options.push(mode.map(|mode| format!("--mode {}", word(mode))).unwrap_or_default());
+    options.push(planner.as_ref().map(|name| format!("--planner {name}")).unwrap_or_default());
+    options.push(robots.map(|count| format!("--robots {count}")).unwrap_or_default());
+    options.push(seed.map(|seed| format!("--seed {seed}")).unwrap_or_default());
+    options.push(duration_s.map(|duration_s| format!("--duration {duration_s}s")).unwrap_or_default());
+    options
+}
+
+/// Writes the overrides into the document, and returns the method that replaces all others.
+fn apply<'a>(document: &mut RawTable, overrides: &'a Overrides, report: &mut Report) -> Option<&'a str> {
+    let Overrides { mode, planner, robots, seed, duration_s, set } = overrides;
+    for (index, assignment) in set.iter().enumerate() {
+        document::set(document, assignment, Origin::Option(index), report);
+    }
+    let option = |index: usize| Origin::Option(set.len() + index);
+    let has_layout = document.get("layout").is_some();
+    let mut put = |index: usize, path: &[&str], value: Option<RawValue>| {
+        if let Some(value) = value {
+            document.put(path, Raw { origin: option(index), value });
+        }
+    };
+    put(0, &["clock", "mode"], mode.map(|mode| RawValue::Text(word(mode).to_string())));
+    put(3, &["clock", "seed"], seed.map(|seed| RawValue::Int(seed.into())));
+    put(4, &["clock", "duration_s"], duration_s.map(RawValue::Float));
+    if let Some(count) = robots {
+        if has_layout {
+            put(2, &["layout", "robots"], Some(RawValue::Int(*count as i128)));
+        } else {
+            report.add_hint(
+                option(2),
+                "",
+                "this scenario has no [layout] that could have more or fewer robots",
+                "its robots are listed one by one; for any number of robots take a scenario such as ring-15",
+            );
+        }
+    }
+    let name = planner.as_deref()?;
+    methods::find(name, "", option(1), report).map(|method| method.name)
+}
+
+fn word(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Single => "single",
+        Mode::Lockstep => "lockstep",
+        Mode::Realtime => "realtime",
+    }
+}
+
+/// The name of a file without folders and ending.
+fn stem(file_name: &str) -> &str {
+    let name = file_name.rsplit(['/', '\\']).next().unwrap_or(file_name);
+    name.strip_suffix(".toml").unwrap_or(name)
+}

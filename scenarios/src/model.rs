@@ -1,0 +1,366 @@
+//! A scenario after validation: every default filled in, every layout placed, every time turned into a tick.
+//!
+//! These types are what the world, the agents and the daemon work with. They are plain data; what a scenario file
+//! may contain, and what is wrong with it, is the business of the other modules. Lengths m, angles rad, times s.
+
+use nalgebra::Point2;
+use planners::geometry::Capsule;
+use planners::{Kind, Limits, ParamValues};
+use serde::{Deserialize, Serialize};
+
+/// Most robots that one fleet can hold, late joiners included.
+pub const MAX_ROBOTS: usize = 1024;
+/// Most pieces (discs, walls, polygon edges) that the obstacles of one world may have in all.
+pub const MAX_SHAPES: usize = 1024;
+/// Most goals that one robot may have waiting.
+pub const MAX_GOALS: usize = 64;
+
+/// A whole experiment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scenario {
+    /// Its name, for reports.
+    pub name: String,
+    /// What it shows, one line.
+    pub description: String,
+    /// The world's edges. They are not walls.
+    pub bounds: Bounds,
+    /// How time passes.
+    pub clock: Clock,
+    /// How the fleet is run.
+    pub fleet: Fleet,
+    /// How the radio behaves at the start.
+    pub radio: Radio,
+    /// What stands or moves in the world besides robots.
+    pub obstacles: Vec<Obstacle>,
+    /// The robots; the index is the slot. Late joiners are among them.
+    pub robots: Vec<Robot>,
+    /// What a robot added while the fleet runs is where the request says nothing: the scenario's defaults.
+    pub template: Robot,
+    /// What happens when, sorted by tick; equal ticks keep the order of the file.
+    pub events: Vec<Event>,
+    /// When the run counts as a success.
+    pub expect: Expect,
+}
+
+impl Scenario {
+    /// How many pieces the obstacles have in all: pieces are numbered in the order of the obstacles, and the bodies
+    /// of the robots come after them.
+    pub fn shape_pieces(&self) -> u32 {
+        self.obstacles.iter().map(|obstacle| obstacle.shape.piece_count() as u32).sum()
+    }
+}
+
+/// A rectangle, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// Smallest and largest x.
+    pub x_m: [f64; 2],
+    /// Smallest and largest y.
+    pub y_m: [f64; 2],
+}
+
+/// How the processes keep time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// All cores in one thread.
+    Single,
+    /// Real processes; the world opens a tick and waits for every robot's answer.
+    Lockstep,
+    /// Real processes, each on its own timer.
+    Realtime,
+}
+
+/// How time passes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Clock {
+    /// Who waits for whom.
+    pub mode: Mode,
+    /// Ticks per second of simulated time.
+    pub tick_hz: f64,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// The run ends at this tick at the latest.
+    pub ticks_max: u64,
+    /// When the run ends before that.
+    pub stop: Stop,
+}
+
+impl Clock {
+    /// Length of a tick, s.
+    pub fn dt_s(&self) -> f64 {
+        1.0 / self.tick_hz
+    }
+}
+
+/// When a run ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stop {
+    /// When every robot is at its last goal and nothing is left to come, or the time is up.
+    Arrived,
+    /// When the time is up.
+    Duration,
+}
+
+/// How the fleet is run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fleet {
+    /// Slots; the fleet's services are made for this many robots.
+    pub max_robots: usize,
+    /// What happens to a robot that does not answer.
+    pub straggler: StragglerPolicy,
+    /// `lockstep`: a robot that has not answered for this long (wall time, s) is a straggler.
+    pub straggler_limit_s: f64,
+    /// `realtime`: a robot whose newest command is older than this is stopped, s.
+    pub command_timeout_s: f64,
+    /// An agent that is not ready this long after its start counts as dead, s (wall time).
+    pub start_limit_s: f64,
+}
+
+/// What happens to a robot whose process is stopped or over the limit. Death is not a matter of policy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StragglerPolicy {
+    /// The fleet waits for it until the limit, then holds it.
+    Wait,
+    /// It stands still, and comes back when it answers again.
+    Hold,
+    /// It is killed and stays where it stands.
+    Drop,
+}
+
+/// The radio between robots. Delay, loss and noise act where a pose is received.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Radio {
+    /// Poses are heard late by this many ticks, on top of the one tick that every pose takes.
+    pub delay_ticks: u32,
+    /// Share of poses that get lost, 0 to 1, drawn per receiver, sender and tick.
+    pub drop: f64,
+    /// Standard deviation of the error on a received position, m, per axis.
+    pub noise_m: f64,
+}
+
+impl Radio {
+    /// The radio as it is without faults.
+    pub const PERFECT: Radio = Radio { delay_ticks: 0, drop: 0.0, noise_m: 0.0 };
+    /// Longest delay: a receiver remembers this many poses of each neighbour.
+    pub const DELAY_TICKS_MAX: u32 = 255;
+}
+
+/// Something in the world that is not a robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Obstacle {
+    /// Its shape at the start.
+    pub shape: Shape,
+    /// How it moves; `None` stands still.
+    pub motion: Option<Motion>,
+}
+
+/// A shape in the world frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Shape {
+    /// A disc, a wall, or a wall with thickness.
+    Capsule(Capsule),
+    /// A filled simple polygon, corners in order.
+    Polygon(Vec<Point2<f64>>),
+}
+
+impl Shape {
+    /// How many capsules it is made of.
+    pub fn piece_count(&self) -> usize {
+        match self {
+            Shape::Capsule(_) => 1,
+            Shape::Polygon(corners) => corners.len(),
+        }
+    }
+
+    /// The capsules it is made of: one, or the edges of a polygon.
+    pub fn pieces(&self) -> Vec<Capsule> {
+        match self {
+            Shape::Capsule(capsule) => vec![*capsule],
+            Shape::Polygon(corners) => {
+                let n = corners.len();
+                (0..n).map(|i| Capsule::segment(corners[i], corners[(i + 1) % n])).collect()
+            }
+        }
+    }
+
+    /// The point that a motion carries: the middle of a capsule's core, the mean of a polygon's corners.
+    pub fn reference(&self) -> Point2<f64> {
+        match self {
+            Shape::Capsule(capsule) => nalgebra::center(&capsule.a, &capsule.b),
+            Shape::Polygon(corners) => {
+                let sum: nalgebra::Vector2<f64> = corners.iter().map(|corner| corner.coords).sum();
+                Point2::from(sum / corners.len() as f64)
+            }
+        }
+    }
+}
+
+/// How an obstacle, or a goal, moves. It is a function of time alone; nothing in the world changes it.
+/// The shape keeps its orientation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Motion {
+    /// On a circle: `center + radius (cos, sin)(omega t + phase)`.
+    Orbit {
+        /// Centre of the circle, m.
+        center: Point2<f64>,
+        /// Radius of the circle, m.
+        radius_m: f64,
+        /// Angular speed, rad/s, counter-clockwise.
+        omega_radps: f64,
+        /// Angle at t = 0, rad.
+        phase_rad: f64,
+    },
+    /// Straight on, reflected at the edges of a rectangle (the reference point is).
+    Bounce {
+        /// Velocity at t = 0, m/s.
+        velocity_mps: [f64; 2],
+        /// The rectangle.
+        within: Bounds,
+    },
+    /// A new seeded random heading every `turn_every_s`, reflected at the edges of a rectangle.
+    RandomWalk {
+        /// Speed, m/s.
+        speed_mps: f64,
+        /// Time between turns, s.
+        turn_every_s: f64,
+        /// The rectangle.
+        within: Bounds,
+    },
+    /// From point to point at constant speed, starting at the first.
+    Waypoints {
+        /// The points, m.
+        points: Vec<Point2<f64>>,
+        /// Speed, m/s.
+        speed_mps: f64,
+        /// What comes after the last point.
+        then: AtEnd,
+    },
+}
+
+/// What a motion along waypoints does at its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AtEnd {
+    /// Straight to the first point and round again.
+    Loop,
+    /// Back the way it came, and so on.
+    PingPong,
+    /// It stays.
+    Stop,
+}
+
+/// One robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Robot {
+    /// Its name: `[a-z][a-z0-9_-]{0,31}`.
+    pub id: String,
+    /// How it moves.
+    pub kind: Kind,
+    /// What its body can do.
+    pub limits: Limits,
+    /// Body radius, m.
+    pub radius_m: f64,
+    /// Where it starts, m.
+    pub start: Point2<f64>,
+    /// Its heading at the start, rad.
+    pub start_yaw_rad: f64,
+    /// Its goals, in order; at least one.
+    pub goals: Vec<Point2<f64>>,
+    /// How its last goal moves; `None` stands still.
+    pub goal_motion: Option<Motion>,
+    /// A goal counts as reached within this distance, m.
+    pub goal_tolerance_m: f64,
+    /// Name of its method.
+    pub planner: String,
+    /// The method's parameters that differ from the default.
+    pub params: ParamValues,
+    /// How far its sensors see, from its centre to the surface of what is seen, m.
+    pub sensor_range_m: f64,
+    /// How far its radio hears, centre to centre, m.
+    pub radio_range_m: f64,
+    /// A neighbour once heard is kept until it is this much further away, m.
+    pub radio_hysteresis_m: f64,
+    /// Whether the method may look at the map of fixed obstacles.
+    pub knows_map: bool,
+    /// What happens when its process ends unasked.
+    pub restart: Restart,
+    /// The executable to start as its agent; `None` is shoal itself.
+    pub agent: Option<String>,
+}
+
+/// What happens when the process of a robot ends unasked.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Restart {
+    /// How often it may be started again; 0 is never.
+    pub limit: u32,
+    /// It comes back this many ticks after it went.
+    pub delay_ticks: u64,
+}
+
+/// Something that happens at the beginning of a tick.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// The tick.
+    pub tick: u64,
+    /// What happens.
+    pub what: What,
+}
+
+/// What can happen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum What {
+    /// The robot of this slot enters the world; before that it is not there.
+    Join {
+        /// Slot of the robot.
+        robot: usize,
+    },
+    /// The robot goes, and is gone.
+    Leave {
+        /// Slot of the robot.
+        robot: usize,
+    },
+    /// The robot is given a goal.
+    Task {
+        /// Slot of the robot.
+        robot: usize,
+        /// The goal, m.
+        goal: Point2<f64>,
+        /// Head there at once and forget the goals that were waiting; otherwise queue behind them.
+        now: bool,
+    },
+    /// The robot's process is killed: absent from this tick on, its body stays.
+    Kill {
+        /// Slot of the robot.
+        robot: usize,
+    },
+    /// The robot's process is stopped for some ticks: it stands still and is silent.
+    Pause {
+        /// Slot of the robot.
+        robot: usize,
+        /// For so long, ticks, at least one.
+        ticks: u64,
+    },
+    /// The radio changes from now on, for one receiver or for all.
+    Radio {
+        /// Slot of the receiver; `None` is all.
+        robot: Option<usize>,
+        /// What it is from now on.
+        radio: Radio,
+    },
+}
+
+/// When a run counts as a success.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Expect {
+    /// At least so many robots arrive; `None` is all of them.
+    pub arrived_min: Option<usize>,
+    /// At most so many contacts, robots and obstacles together.
+    pub contacts_max: u64,
+    /// All arrive within this time, s; `None` does not matter.
+    pub makespan_s_max: Option<f64>,
+    /// The smallest clearance (to robots and to obstacles) is at least this, m; `None` does not matter.
+    pub clearance_m_min: Option<f64>,
+}

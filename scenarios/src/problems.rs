@@ -1,0 +1,195 @@
+//! What is wrong with a scenario: collected while checking, shown all at once.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+/// Of problems that differ only in names and numbers, this many are shown.
+const SHOWN_OF_A_KIND: usize = 5;
+/// So many kinds of problems are told apart.
+const KINDS: usize = 30;
+
+/// Where a value comes from. The order is the order of the report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Origin {
+    /// Nowhere in particular.
+    Whole,
+    /// The option of the command line with this index.
+    Option(usize),
+    /// This line of the file, counted from 1.
+    Line(usize),
+}
+
+/// One thing that is wrong, and the way out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Line of the file, counted from 1, if a line is to blame.
+    pub line: Option<usize>,
+    /// Option of the command line, if one is to blame.
+    pub option: Option<String>,
+    /// The key, as in `robot[3].planner`; empty for the whole file.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+    /// The way out, if it is not plain from the message.
+    pub hint: Option<String>,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(line) = self.line {
+            write!(f, "line {line}: ")?;
+        }
+        if let Some(option) = &self.option {
+            write!(f, "{option}: ")?;
+        }
+        if !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+/// Everything that is wrong with a scenario, or with a request to add a robot. Never empty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problems {
+    /// What it is that has them, as in "scenario `ring.toml`".
+    pub subject: String,
+    /// The problems, in the order of the file.
+    pub shown: Vec<Problem>,
+    /// Problems that were left out because there are many like them: how many, and an example.
+    pub more: Vec<(usize, String)>,
+}
+
+impl Problems {
+    /// How many problems there are, those left out included.
+    pub fn count(&self) -> usize {
+        self.shown.len() + self.more.iter().map(|(count, _)| count).sum::<usize>()
+    }
+}
+
+/// One line `error: ...` per problem, followed by its `hint: ...` unless the same hint stands above already; no newline
+/// at the end.
+impl fmt::Display for Problems {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "";
+        let mut hints = BTreeSet::new();
+        for problem in &self.shown {
+            write!(f, "{separator}error: {}: {problem}", self.subject)?;
+            separator = "\n";
+            if let Some(hint) = problem.hint.as_ref().filter(|hint| hints.insert(*hint)) {
+                write!(f, "\nhint: {hint}")?;
+            }
+        }
+        for (count, example) in &self.more {
+            write!(f, "{separator}error: {}: and {count} more like `{example}`", self.subject)?;
+            separator = "\n";
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Problems {}
+
+/// Collects problems. It keeps a few of each kind and counts the rest, so that a file with a hundred thousand
+/// mistakes costs no more to report than one with ten.
+pub(crate) struct Report {
+    subject: String,
+    options: Vec<String>,
+    kept: Vec<(Origin, Problem)>,
+    kinds: BTreeMap<String, Kind>,
+}
+
+struct Kind {
+    count: usize,
+    example: String,
+}
+
+impl Report {
+    /// `options` are the options of the command line that [`Origin::Option`] points to.
+    pub(crate) fn new(subject: String, options: Vec<String>) -> Report {
+        Report { subject, options, kept: Vec::new(), kinds: BTreeMap::new() }
+    }
+
+    /// Adds a problem that is its own way out.
+    pub(crate) fn add(&mut self, origin: Origin, key: &str, message: impl Into<String>) {
+        self.push(origin, key, message.into(), None);
+    }
+
+    /// Adds a problem with the way out.
+    pub(crate) fn add_hint(&mut self, origin: Origin, key: &str, message: impl Into<String>, hint: impl Into<String>) {
+        self.push(origin, key, message.into(), Some(hint.into()));
+    }
+
+    fn push(&mut self, origin: Origin, key: &str, message: String, hint: Option<String>) {
+        let (line, option) = match origin {
+            Origin::Whole => (None, None),
+            Origin::Option(index) => (None, self.options.get(index).cloned()),
+            Origin::Line(line) => (Some(line), None),
+        };
+        let problem = Problem { line, option, key: key.to_string(), message, hint };
+        // Too many kinds to tell apart: the rest is one kind.
+        let mut shape = shape(&format!("{key}: {}", problem.message));
+        if self.kinds.len() >= KINDS && !self.kinds.contains_key(&shape) {
+            shape.clear();
+        }
+        let kind = self.kinds.entry(shape).or_insert_with(|| Kind { count: 0, example: problem.to_string() });
+        kind.count += 1;
+        if kind.count <= SHOWN_OF_A_KIND {
+            self.kept.push((origin, problem));
+        }
+    }
+
+    /// The problems in order of the file, or nothing if there are none.
+    pub(crate) fn finish(mut self) -> Result<(), Problems> {
+        if self.kept.is_empty() {
+            return Ok(());
+        }
+        self.kept.sort_by_key(|(origin, _)| *origin);
+        let more = (self.kinds.into_values())
+            .filter(|kind| kind.count > SHOWN_OF_A_KIND)
+            .map(|kind| (kind.count - SHOWN_OF_A_KIND, kind.example))
+            .collect();
+        Err(Problems {
+            subject: self.subject,
+            shown: self.kept.into_iter().map(|(_, problem)| problem).collect(),
+            more,
+        })
+    }
+}
+
+/// A message without its names and numbers: what it has in common with others of its kind.
+fn shape(message: &str) -> String {
+    let mut quoted = false;
+    let mut shape = String::new();
+    for c in message.chars() {
+        if c == '`' {
+            quoted = !quoted;
+        } else if !quoted && !c.is_ascii_digit() && c != '-' && c != '.' {
+            shape.push(c);
+        }
+    }
+    shape
+}
+
+/// The candidate that looks most like `word`, if one looks like it at all.
+pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let plain = |word: &str| word.to_lowercase().replace('-', "_");
+    let word = plain(word);
+    let mut best: Option<(f64, &str)> = None;
+    for candidate in candidates {
+        let likeness = strsim::jaro_winkler(&word, &plain(candidate));
+        if likeness > 0.82 && best.is_none_or(|(most, _)| likeness > most) {
+            best = Some((likeness, candidate));
+        }
+    }
+    best.map(|(_, candidate)| candidate)
+}
+
+/// "known WHAT: a, b, c (did you mean `b`?)"
+pub(crate) fn known(what: &str, word: &str, candidates: &[&str]) -> String {
+    let list = candidates.join(", ");
+    match nearest(word, candidates.iter().copied()) {
+        Some(near) => format!("known {what}: {list} (did you mean `{near}`?)"),
+        None => format!("known {what}: {list}"),
+    }
+}

@@ -1,0 +1,183 @@
+//! Robots from their layers: the robot itself, its kind, the defaults, the key table.
+
+use crate::methods::{self, FleetParams};
+use crate::model::{Motion, Restart, Robot};
+use crate::node::{Node, Value};
+use crate::problems::Report;
+use crate::table::DEFAULTS;
+use nalgebra::{Point2, Vector2};
+use planners::{Kind, Limits, ParamValues};
+
+/// What all robots of a file share.
+pub(crate) struct Layers<'a> {
+    defaults: Option<&'a Node>,
+    point: Option<&'a Node>,
+    unicycle: Option<&'a Node>,
+    fleet_params: FleetParams,
+    /// A method that replaces that of every robot.
+    planner: Option<&'a str>,
+    tick_hz: f64,
+}
+
+/// Where a robot comes from and where it goes.
+pub(crate) struct Place {
+    pub(crate) id: String,
+    pub(crate) start: Point2<f64>,
+    pub(crate) goals: Vec<Point2<f64>>,
+    pub(crate) goal_motion: Option<Motion>,
+}
+
+impl Place {
+    /// A place with goals that stand still.
+    pub(crate) fn at(id: String, start: Point2<f64>, goals: Vec<Point2<f64>>) -> Place {
+        Place { id, start, goals, goal_motion: None }
+    }
+}
+
+impl<'a> Layers<'a> {
+    /// Checks what is shared.
+    pub(crate) fn read(root: &'a Node, planner: Option<&'a str>, tick_hz: f64, report: &mut Report) -> Layers<'a> {
+        let kinds = root.node("kinds");
+        let layers = Layers {
+            defaults: root.node("defaults"),
+            point: kinds.and_then(|kinds| kinds.node("point")),
+            unicycle: kinds.and_then(|kinds| kinds.node("unicycle")),
+            fleet_params: FleetParams::read(root, report),
+            planner,
+            tick_hz,
+        };
+        layers.check_method(&[layers.defaults], report);
+        layers.check_method(&[layers.point, layers.defaults], report);
+        layers.check_method(&[layers.unicycle, layers.defaults], report);
+        layers
+    }
+
+    /// The robot that a node describes; without a node the one that the defaults describe.
+    pub(crate) fn robot(&self, node: Option<&Node>, place: Place, report: &mut Report) -> Robot {
+        let mut above = [node, self.defaults].into_iter().flatten();
+        let kind = match above.find(|layer| layer.has("kind")).and_then(|layer| layer.text("kind")) {
+            Some("unicycle") => Kind::Unicycle,
+            _ => Kind::Point,
+        };
+        let of_kind = match kind {
+            Kind::Point => self.point,
+            Kind::Unicycle => self.unicycle,
+        };
+        let layers = [node, of_kind, self.defaults];
+        if node.is_some() {
+            self.check_method(&layers, report);
+        }
+        let (planner, params) = self.method(&layers);
+        let body = Body { layers: layers.into_iter().flatten().collect(), table: Node::absent(&DEFAULTS, "defaults") };
+        let towards = place.goals.first().map_or(Vector2::zeros(), |goal| goal - place.start);
+        let restart = match body.text("restart") {
+            "on-failure" => {
+                let delay_ticks = (body.float("restart_delay_s") * self.tick_hz).round() as u64;
+                Restart { limit: body.int("restart_limit") as u32, delay_ticks: delay_ticks.max(1) }
+            }
+            _ => Restart { limit: 0, delay_ticks: 0 },
+        };
+        Robot {
+            id: place.id,
+            kind,
+            limits: Limits {
+                speed_mps_max: body.float("speed_mps_max"),
+                reverse_mps_max: body.float("reverse_mps_max"),
+                turn_radps_max: body.float("turn_radps_max"),
+                accel_mps2_max: body.float("accel_mps2_max"),
+                turn_accel_radps2_max: body.float("turn_accel_radps2_max"),
+            },
+            radius_m: body.float("radius_m"),
+            start: place.start,
+            start_yaw_rad: body.given("start_yaw_rad").unwrap_or_else(|| yaw(towards)),
+            goals: place.goals,
+            goal_motion: place.goal_motion,
+            goal_tolerance_m: body.float("goal_tolerance_m"),
+            planner,
+            params,
+            sensor_range_m: body.float("sensor_range_m"),
+            radio_range_m: body.float("radio_range_m"),
+            radio_hysteresis_m: body.float("radio_hysteresis_m"),
+            knows_map: body.layer("knows_map").bool("knows_map").unwrap_or_default(),
+            restart,
+            agent: body.layer("agent").text("agent").map(str::to_string),
+        }
+    }
+
+    /// The method of a robot with these layers, strongest first, and its parameters. Parameters belong to the method
+    /// that is in force in the layer where they stand; those of other methods do not count.
+    fn method(&self, layers: &[Option<&Node>]) -> (String, ParamValues) {
+        let in_force = in_force(layers);
+        let chosen = self.planner.unwrap_or(in_force.last().map_or("", |(_, method)| method));
+        let mut params = self.fleet_params.of(chosen);
+        for (layer, method) in &in_force {
+            if let (Some(Value::Params(block)), true) =
+                (layer.and_then(|layer| layer.value("params")), *method == chosen)
+            {
+                params.extend(methods::values(block));
+            }
+        }
+        (chosen.to_string(), params)
+    }
+
+    /// Reports what is wrong with the method that the first of these layers names, or with its parameters.
+    fn check_method(&self, layers: &[Option<&Node>], report: &mut Report) {
+        let Some(node) = layers.first().copied().flatten() else { return };
+        let Some((_, name)) = in_force(layers).pop() else { return };
+        if let Some(Value::Text(_)) = node.value("planner")
+            && methods::find(name, &node.key("planner"), node.at("planner"), report).is_none()
+        {
+            return;
+        }
+        if let (Some(Value::Params(block)), Some(method)) = (node.value("params"), planners::find(name)) {
+            methods::check(method, block, report);
+        }
+    }
+}
+
+/// The layers that are there, weakest first, each with the method in force in it. The first is the key table.
+fn in_force<'a>(layers: &[Option<&'a Node>]) -> Vec<(Option<&'a Node>, &'a str)> {
+    let mut method = crate::keys::preset_text(&DEFAULTS, "planner");
+    let mut result = vec![(None, method)];
+    for layer in layers.iter().rev().copied().flatten() {
+        if let Some(Value::Text(name)) = layer.value("planner") {
+            method = name;
+        }
+        result.push((Some(layer), method));
+    }
+    result
+}
+
+/// Values by layer, strongest first.
+struct Body<'a> {
+    layers: Vec<&'a Node>,
+    table: Node,
+}
+
+impl Body<'_> {
+    /// The strongest layer that has a key; if none has, the key table.
+    fn layer(&self, key: &str) -> &Node {
+        self.layers.iter().copied().find(|layer| layer.has(key)).unwrap_or(&self.table)
+    }
+
+    fn given(&self, key: &str) -> Option<f64> {
+        self.layer(key).float(key)
+    }
+
+    fn float(&self, key: &str) -> f64 {
+        self.given(key).unwrap_or_default()
+    }
+
+    fn int(&self, key: &str) -> i128 {
+        self.layer(key).int(key).unwrap_or_default()
+    }
+
+    fn text(&self, key: &str) -> &str {
+        self.layer(key).text(key).unwrap_or_default()
+    }
+}
+
+/// The heading of a direction; 0 for none.
+pub(crate) fn yaw(direction: Vector2<f64>) -> f64 {
+    if direction.norm_squared() > 0.0 { direction.y.atan2(direction.x) } else { 0.0 }
+}

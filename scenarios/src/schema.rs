@@ -1,0 +1,292 @@
+//! The key table in two other forms: JSON Schema for editors, text for people.
+
+use crate::keys::{Key, Preset, Range, Section, Type, all_sections};
+use crate::node::join;
+use crate::table::ROOT;
+use crate::walk::{describe_range, describe_type};
+use planners::{METHODS, Method, ParamKind, ParamValue};
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+
+/// The scenario format as JSON Schema (2020-12), the methods and their parameters included.
+pub fn schema() -> Value {
+    let mut definitions = Map::new();
+    for section in all_sections().into_iter().skip(1) {
+        definitions.insert(name(section).to_string(), section_schema(section));
+    }
+    for method in METHODS {
+        definitions.insert(format!("params.{}", method.name), params_schema(method));
+    }
+    let mut schema = json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "shoal scenario",
+    });
+    if let (Value::Object(schema), Value::Object(root)) = (&mut schema, section_schema(&ROOT)) {
+        schema.extend(root);
+        schema.insert("$defs".to_string(), Value::Object(definitions));
+    }
+    schema
+}
+
+/// A section's name: its title without brackets.
+fn name(section: &Section) -> &'static str {
+    section.title.trim_matches(['[', ']'])
+}
+
+fn section_schema(section: &Section) -> Value {
+    if section.words().is_empty() {
+        return object_schema(section.help, section, None);
+    }
+    let variants: Vec<Value> =
+        section.words().iter().map(|word| object_schema(&format!("{word}."), section, Some(word))).collect();
+    json!({ "description": section.help, "type": "object", "oneOf": variants })
+}
+
+fn object_schema(about: &str, section: &Section, tag: Option<&'static str>) -> Value {
+    let keys: Vec<&Key> = section.keys().filter(|key| key.goes_with(tag)).collect();
+    let properties: Map<String, Value> = (keys.iter())
+        .map(|key| {
+            let mut schema = key_schema(key);
+            if let (Some(word), true, Value::Object(schema)) = (tag, section.tag == Some(key.name), &mut schema) {
+                schema.remove("enum");
+                schema.insert("const".to_string(), json!(word));
+            }
+            (key.name.to_string(), schema)
+        })
+        .collect();
+    let required: Vec<&str> = keys.iter().filter(|key| key.preset == Preset::Required).map(|key| key.name).collect();
+    json!({
+        "description": about,
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+fn key_schema(key: &Key) -> Value {
+    let mut schema = type_schema(key.ty);
+    let Value::Object(fields) = &mut schema else { return schema };
+    let mut about = key.help.to_string();
+    if !key.unit().is_empty() {
+        let _ = write!(about, " Unit: {}.", key.unit());
+    }
+    match key.preset {
+        Preset::Value(text) => match text.trim_matches('"').parse::<f64>() {
+            Ok(number) if !number.is_finite() => {
+                let _ = write!(about, " Default: {text}.");
+            }
+            _ => {
+                let default = serde_json::from_str(text).unwrap_or(Value::Null);
+                fields.insert("default".to_string(), default);
+            }
+        },
+        Preset::Computed(words) => {
+            let _ = write!(about, " Default: {words}.");
+        }
+        Preset::Required | Preset::Absent => {}
+    }
+    fields.insert("description".to_string(), json!(about));
+    schema
+}
+
+fn type_schema(ty: Type) -> Value {
+    let point = || json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 });
+    match ty {
+        Type::Text(max) => json!({ "type": "string", "maxLength": max }),
+        Type::Id(max) => json!({ "type": "string", "pattern": format!("^[a-z][a-z0-9_-]{{0,{}}}$", max - 1) }),
+        Type::Bool => json!({ "type": "boolean" }),
+        Type::Float(Range { min, min_included, max, infinite }) => {
+            let mut schema = json!({ "type": "number" });
+            schema[if min_included { "minimum" } else { "exclusiveMinimum" }] = json!(min);
+            if !infinite {
+                schema["maximum"] = json!(max);
+            }
+            schema
+        }
+        Type::Int { min, max } => {
+            json!({ "type": "integer", "minimum": min as i64, "maximum": u64::try_from(max).unwrap_or(u64::MAX) })
+        }
+        Type::Choice(words) => json!({ "enum": words }),
+        Type::Pair | Type::Interval => point(),
+        Type::Pairs { min, max } => json!({ "type": "array", "items": point(), "minItems": min, "maxItems": max }),
+        Type::AllOrCount => json!({ "anyOf": [{ "const": "all" }, { "type": "integer", "minimum": 0 }] }),
+        Type::Planner => json!({ "enum": METHODS.iter().map(|method| method.name).collect::<Vec<_>>() }),
+        Type::Params => {
+            let methods: Vec<Value> =
+                METHODS.iter().map(|method| reference(&format!("params.{}", method.name))).collect();
+            json!({ "anyOf": methods })
+        }
+        Type::Methods => {
+            let methods: Map<String, Value> = (METHODS.iter())
+                .map(|method| (method.name.to_string(), reference(&format!("params.{}", method.name))))
+                .collect();
+            json!({ "type": "object", "properties": methods, "additionalProperties": false })
+        }
+        Type::Table(section) => reference(name(section)),
+        Type::Tables(section, max) => json!({ "type": "array", "items": reference(name(section)), "maxItems": max }),
+    }
+}
+
+fn reference(definition: &str) -> Value {
+    json!({ "$ref": format!("#/$defs/{definition}") })
+}
+
+fn params_schema(method: &Method) -> Value {
+    let properties: Map<String, Value> = ((method.params)().into_iter())
+        .map(|spec| {
+            let mut schema = match spec.kind {
+                ParamKind::Float { min, max } => {
+                    bounded("number", json!(min), json!(max), min > f64::MIN, max < f64::MAX)
+                }
+                ParamKind::Int { min, max } => {
+                    bounded("integer", json!(min), json!(max), min > i64::MIN, max < i64::MAX)
+                }
+                ParamKind::Bool => json!({ "type": "boolean" }),
+                ParamKind::Choice(words) => json!({ "enum": words }),
+            };
+            schema["default"] = match spec.default {
+                ParamValue::Float(number) => json!(number),
+                ParamValue::Int(number) => json!(number),
+                ParamValue::Bool(value) => json!(value),
+                ParamValue::Choice(word) => json!(word),
+            };
+            let unit = if spec.unit.is_empty() { String::new() } else { format!(" Unit: {}.", spec.unit) };
+            schema["description"] = json!(format!("{}{unit}", spec.help));
+            (spec.name.to_string(), schema)
+        })
+        .collect();
+    json!({
+        "description": method.summary,
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": false,
+    })
+}
+
+fn bounded(ty: &str, min: Value, max: Value, has_min: bool, has_max: bool) -> Value {
+    let mut schema = json!({ "type": ty });
+    if has_min {
+        schema["minimum"] = min;
+    }
+    if has_max {
+        schema["maximum"] = max;
+    }
+    schema
+}
+
+/// The scenario format as text: every section, every key with its type, bounds, default and meaning.
+pub fn help() -> String {
+    let mut text = String::new();
+    // Keys that several sections share are explained in the first.
+    let mut explained: Vec<(&[Key], &Section)> = Vec::new();
+    for section in all_sections() {
+        let _ = writeln!(text, "{}\n  {}", section.title, section.help);
+        for group in section.groups.iter().copied() {
+            match explained.iter().find(|(known, _)| known.len() > 1 && std::ptr::eq(*known, group)) {
+                Some((_, first)) => {
+                    let (from, to) = (group[0].name, group[group.len() - 1].name);
+                    let _ = writeln!(text, "  and the keys {from} to {to} of {}", first.title);
+                }
+                None => {
+                    explained.push((group, section));
+                    for key in group {
+                        let _ = writeln!(text, "  {:<22} {}", key.name, key_help(key));
+                    }
+                }
+            }
+        }
+        text.push('\n');
+    }
+    for method in METHODS {
+        let _ = writeln!(text, "{}\n  {}", join("planners", method.name), method.summary);
+        for spec in (method.params)() {
+            let unit = if spec.unit.is_empty() { String::new() } else { format!(" {}", spec.unit) };
+            let _ = writeln!(text, "  {:<22} {}; default {}{unit}. {}", spec.name, spec.kind, spec.default, spec.help);
+        }
+        text.push('\n');
+    }
+    text.truncate(text.trim_end().len());
+    text.push('\n');
+    text
+}
+
+fn key_help(key: &Key) -> String {
+    let mut text = describe_type(key.ty);
+    match key.ty {
+        Type::Float(range) => text = format!("{text} {}", describe_range(range)),
+        Type::Int { min, max } => text = format!("{text} {min} to {max}"),
+        _ => {}
+    }
+    if !key.unit().is_empty() {
+        let _ = write!(text, ", {}", key.unit());
+    }
+    match key.preset {
+        Preset::Required => text.push_str("; required"),
+        Preset::Absent => {}
+        Preset::Value(value) => {
+            let _ = write!(text, "; default {value}");
+        }
+        Preset::Computed(words) => {
+            let _ = write!(text, "; default: {words}");
+        }
+    }
+    if !key.only.is_empty() {
+        let _ = write!(text, "; only {}", key.only.join(", "));
+    }
+    format!("{text}. {}", key.help)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document;
+    use crate::problems::Report;
+    use crate::walk;
+
+    #[test]
+    fn every_preset_is_a_value_of_its_key() {
+        for section in all_sections() {
+            for key in section.keys() {
+                let Preset::Value(text) = key.preset else { continue };
+                let mut report = Report::new(section.title.to_string(), Vec::new());
+                let document = document::read(&format!("{} = {text}", key.name), &mut report).unwrap();
+                walk::check_value(key, document, &mut report);
+                assert_eq!(report.finish(), Ok(()), "{} {}", section.title, key.name);
+            }
+        }
+    }
+
+    #[test]
+    fn every_key_of_the_table_is_in_the_schema_and_in_the_help() {
+        let (schema, help) = (schema(), help());
+        for section in all_sections() {
+            let node = if std::ptr::eq(section, &ROOT) { &schema } else { &schema["$defs"][name(section)] };
+            let variants = node["oneOf"].as_array().cloned().unwrap_or_else(|| vec![node.clone()]);
+            for key in section.keys() {
+                let found = variants.iter().any(|variant| variant["properties"].get(key.name).is_some());
+                assert!(found, "{} has no `{}`", section.title, key.name);
+                assert!(help.contains(key.help), "no help for {}", key.name);
+            }
+        }
+    }
+
+    #[test]
+    fn references_lead_somewhere() {
+        fn follow(value: &Value, schema: &Value) {
+            match value {
+                Value::Object(fields) => {
+                    if let Some(Value::String(target)) = fields.get("$ref") {
+                        let definition = target.trim_start_matches("#/$defs/");
+                        assert!(schema["$defs"].get(definition).is_some(), "{target}");
+                    }
+                    fields.values().for_each(|inner| follow(inner, schema));
+                }
+                Value::Array(items) => items.iter().for_each(|inner| follow(inner, schema)),
+                _ => {}
+            }
+        }
+        let schema = schema();
+        follow(&schema, &schema);
+    }
+}

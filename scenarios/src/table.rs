@@ -1,0 +1,365 @@
+//! The key table: every key that a scenario file may contain, said once.
+//!
+//! The walker checks files against it, resolving takes defaults from it, and the JSON Schema and the help are
+//! printed from it. A new key costs one line here and one where it is used.
+
+use crate::keys::Type::*;
+use crate::keys::{ANY, Key, LARGE, Preset, Range, Section, Type};
+use crate::model::{MAX_GOALS, MAX_ROBOTS, MAX_SHAPES, Radio};
+
+/// Most entries of the timeline.
+const MAX_EVENTS: usize = 10_000;
+
+const POSITIVE: Range = Range { min: 0.0, min_included: false, max: LARGE, infinite: false };
+const NOT_NEGATIVE: Range = Range { min: 0.0, min_included: true, max: LARGE, infinite: false };
+const UNLIMITED: Range = Range { min: 0.0, min_included: false, max: LARGE, infinite: true };
+const SHARE: Range = Range { min: 0.0, min_included: true, max: 1.0, infinite: false };
+
+/// A whole file.
+pub(crate) static ROOT: Section = Section {
+    title: "the top level",
+    help: "One experiment: a world, a fleet, a timeline and what is expected of them.",
+    tag: None,
+    groups: &[&[
+        computed("name", Text(64), "the name of the file", "Its name, for reports."),
+        preset("description", Text(500), "\"\"", "What it shows, in a line."),
+        optional("world", Table(&WORLD), "The edges of the world."),
+        optional("clock", Table(&CLOCK), "How time passes."),
+        optional("fleet", Table(&FLEET), "How the fleet is run."),
+        optional("radio", Table(&RADIO), "Faults of the radio, from the start."),
+        optional("defaults", Table(&DEFAULTS), "What holds for every robot that does not say otherwise."),
+        optional("kinds", Table(&KINDS), "What holds for every robot of a kind; stronger than `defaults`."),
+        optional("planners", Methods, "Parameters by method, for the whole fleet."),
+        optional("layout", Table(&LAYOUT), "Robots in a pattern. They come before the `robot` entries."),
+        optional("robot", Tables(&ROBOT, MAX_ROBOTS), "Robots one by one."),
+        optional("obstacle", Tables(&OBSTACLE, MAX_SHAPES), "What stands or moves in the world besides robots."),
+        optional("event", Tables(&EVENT, MAX_EVENTS), "What happens when."),
+        optional("expect", Table(&EXPECT), "When the run counts as a success."),
+    ]],
+};
+
+static WORLD: Section = Section {
+    title: "[world]",
+    help: "The edges of the world. They are not walls, but starts and goals must lie inside.",
+    tag: None,
+    groups: &[&[
+        preset("x_m", Interval, "[-10, 10]", "Smallest and largest x."),
+        preset("y_m", Interval, "[-10, 10]", "Smallest and largest y."),
+    ]],
+};
+
+static CLOCK: Section = Section {
+    title: "[clock]",
+    help: "How time passes.",
+    tag: None,
+    groups: &[&[
+        preset(
+            "mode",
+            Choice(&["realtime", "lockstep", "single"]),
+            "\"lockstep\"",
+            "Every process on its own timer, all in step, or all in one thread.",
+        ),
+        preset(
+            "tick_hz",
+            Float(Range { min: 1.0, min_included: true, max: 10_000.0, infinite: false }),
+            "50",
+            "Ticks per second of simulated time.",
+        ),
+        preset("seed", Int { min: 0, max: u64::MAX as i128 }, "1", "Seed of every random stream."),
+        preset("duration_s", Float(POSITIVE), "60", "The run ends at this time at the latest."),
+        preset(
+            "stop",
+            Choice(&["arrived", "duration"]),
+            "\"arrived\"",
+            "Ends when all robots are at their last goal and nothing is left to come, or only when the time is up.",
+        ),
+    ]],
+};
+
+static FLEET: Section = Section {
+    title: "[fleet]",
+    help: "How the fleet is run.",
+    tag: None,
+    groups: &[&[
+        computed(
+            "max_robots",
+            Int { min: 1, max: MAX_ROBOTS as i128 },
+            "the robots of the file and 8 more, at most 1024",
+            "Places in the fleet; robots can be added to a running fleet until they are taken.",
+        ),
+        preset(
+            "straggler",
+            Choice(&["wait", "hold", "drop"]),
+            "\"wait\"",
+            "What happens to a robot that does not answer: wait until the limit, hold it still, or drop it.",
+        ),
+        preset("straggler_limit_s", Float(POSITIVE), "10", "A robot silent for this long (wall time) is a straggler."),
+        computed(
+            "command_timeout_s",
+            Float(POSITIVE),
+            "0.25, at least 5 ticks",
+            "`realtime`: a robot whose newest command is older is stopped; at least two ticks.",
+        ),
+        preset(
+            "start_limit_s",
+            Float(POSITIVE),
+            "30",
+            "An agent not ready this long (wall time) after its start is dead.",
+        ),
+    ]],
+};
+
+static RADIO: Section = Section {
+    title: "[radio]",
+    help: "Faults of the radio between robots, from the start.",
+    tag: None,
+    groups: &[&[
+        preset(
+            "delay_ticks",
+            DELAY,
+            "0",
+            "Poses are heard late by this much, on top of the one tick they always take.",
+        ),
+        preset("drop", Float(SHARE), "0", "Share of poses that get lost."),
+        preset("noise_m", Float(NOT_NEGATIVE), "0", "Standard deviation of the error on a heard position, per axis."),
+    ]],
+};
+
+const DELAY: Type = Int { min: 0, max: Radio::DELAY_TICKS_MAX as i128 };
+const KIND: Type = Choice(&["point", "unicycle"]);
+
+pub(crate) static DEFAULTS: Section = Section {
+    title: "[defaults]",
+    help: "What holds for every robot that does not say otherwise.",
+    tag: None,
+    groups: &[&[KIND_KEY], BODY],
+};
+
+const KIND_KEY: Key =
+    preset("kind", KIND, "\"point\"", "How it moves: any velocity in the plane, or forward speed and turn rate.");
+
+static KINDS: Section = Section {
+    title: "[kinds]",
+    help: "What holds for every robot of a kind; stronger than `[defaults]`, weaker than the robot itself.",
+    tag: None,
+    groups: &[&[
+        optional("point", Table(&KINDS_POINT), "What holds for every point robot."),
+        optional("unicycle", Table(&KINDS_UNICYCLE), "What holds for every unicycle."),
+    ]],
+};
+
+static KINDS_POINT: Section =
+    Section { title: "[kinds.point]", help: "What holds for every point robot.", tag: None, groups: &[BODY] };
+static KINDS_UNICYCLE: Section =
+    Section { title: "[kinds.unicycle]", help: "What holds for every unicycle.", tag: None, groups: &[BODY] };
+
+static ROBOT: Section = Section {
+    title: "[[robot]]",
+    help: "One robot. What it does not say comes from `[kinds]`, then `[defaults]`, then the values here.",
+    tag: None,
+    groups: &[
+        &[
+            required("id", Id(32), "Its name."),
+            required("start_m", Pair, "Where it starts."),
+            required("goal_m", Pair, "Its last goal."),
+            preset("waypoints_m", Pairs { min: 0, max: MAX_GOALS - 1 }, "[]", "Goals before the last one, in order."),
+            optional("goal_motion", Table(&MOTION), "How its last goal moves."),
+            KIND_KEY,
+        ],
+        BODY,
+    ],
+};
+
+/// What robots, kinds and defaults can say.
+const BODY: &[Key] = &[
+    computed("start_yaw_rad", Float(ANY), "towards its first goal", "Its heading at the start."),
+    preset("radius_m", Float(POSITIVE), "0.2", "Body radius."),
+    preset("speed_mps_max", Float(POSITIVE), "1", "Greatest speed."),
+    preset("reverse_mps_max", Float(NOT_NEGATIVE), "0", "Greatest reverse speed of a unicycle; 0: it cannot reverse."),
+    preset("turn_radps_max", Float(POSITIVE), "3", "Greatest turn rate of a unicycle."),
+    preset("accel_mps2_max", Float(UNLIMITED), "inf", "Greatest change of speed (unicycle) or velocity (point)."),
+    preset("turn_accel_radps2_max", Float(UNLIMITED), "inf", "Greatest change of turn rate of a unicycle."),
+    preset("goal_tolerance_m", Float(POSITIVE), "0.1", "A goal counts as reached within this distance."),
+    preset("planner", Planner, "\"decentralized-apf\"", "Its method."),
+    optional("params", Params, "Parameters of its method; stronger than `[planners]`."),
+    preset("sensor_range_m", Float(POSITIVE), "5", "How far its sensors see, from its centre to a surface."),
+    preset("radio_range_m", Float(POSITIVE), "10", "How far its radio hears, centre to centre."),
+    preset(
+        "radio_hysteresis_m",
+        Float(NOT_NEGATIVE),
+        "0.5",
+        "A robot once heard is kept until this much further away.",
+    ),
+    preset("knows_map", Bool, "false", "Whether its method may look at the map of fixed obstacles."),
+    preset(
+        "restart",
+        Choice(&["never", "on-failure"]),
+        "\"never\"",
+        "Whether its process is started again when it ends unasked.",
+    ),
+    preset("restart_limit", Int { min: 1, max: 1000 }, "3", "How often, with `restart = \"on-failure\"`."),
+    preset("restart_delay_s", Float(NOT_NEGATIVE), "1", "How long after it went it comes back."),
+    optional("agent", Text(4096), "The executable to start as its agent instead of shoal itself."),
+];
+
+static MOTION: Section = Section {
+    title: "motion",
+    help: "How something moves: a function of time alone. It starts where its motion starts.",
+    tag: Some("kind"),
+    groups: &[&[
+        required("kind", Choice(&["orbit", "bounce", "random-walk", "waypoints"]), "What kind of motion."),
+        required("center_m", Pair, "Centre of the circle.").only(&["orbit"]),
+        computed("radius_m", Float(POSITIVE), "the distance from the centre", "Radius of the circle.").only(&["orbit"]),
+        required("omega_radps", Float(ANY), "Angular speed, counter-clockwise.").only(&["orbit"]),
+        computed("phase_rad", Float(ANY), "its direction from the centre", "Angle at the start.").only(&["orbit"]),
+        required("velocity_mps", Pair, "Velocity at the start.").only(&["bounce"]),
+        required("speed_mps", Float(POSITIVE), "Speed.").only(&["random-walk", "waypoints"]),
+        preset(
+            "turn_every_s",
+            Float(Range { min: 0.01, min_included: true, max: LARGE, infinite: false }),
+            "2",
+            "Time between random turns.",
+        )
+        .only(&["random-walk"]),
+        computed("x_m", Interval, "the world's", "It is turned back at these x.").only(&["bounce", "random-walk"]),
+        computed("y_m", Interval, "the world's", "It is turned back at these y.").only(&["bounce", "random-walk"]),
+        required("points_m", Pairs { min: 2, max: 64 }, "From point to point, starting at the first.")
+            .only(&["waypoints"]),
+        preset(
+            "then",
+            Choice(&["loop", "ping-pong", "stop"]),
+            "\"loop\"",
+            "After the last point: straight to the first, back the way it came, or stay.",
+        )
+        .only(&["waypoints"]),
+    ]],
+};
+
+static LAYOUT: Section = Section {
+    title: "[layout]",
+    help: "Robots in a pattern. Their ids are the prefix and a number; their bodies are those of `[defaults]`.",
+    tag: Some("kind"),
+    groups: &[&[
+        required(
+            "kind",
+            Choice(&["circle-swap", "ring", "grid", "line", "random"]),
+            "Across a circle, round a circle, a block that moves, two facing lines that swap, or anywhere.",
+        ),
+        required("robots", Int { min: 1, max: MAX_ROBOTS as i128 }, "How many."),
+        preset("id_prefix", Id(24), "\"r\"", "Ids are r00, r01 and so on."),
+        preset("center_m", Pair, "[0, 0]", "Centre of the pattern.").only(&["circle-swap", "ring", "grid", "line"]),
+        required("radius_m", Float(POSITIVE), "Radius of the circle.").only(&["circle-swap", "ring"]),
+        preset("phase_rad", Float(ANY), "0", "Direction of the first robot from the centre.")
+            .only(&["circle-swap", "ring"]),
+        computed(
+            "shift",
+            Int { min: 1, max: MAX_ROBOTS as i128 },
+            "half the robots",
+            "A robot's goal is the place this many further round.",
+        )
+        .only(&["ring"]),
+        preset("spacing_m", Float(POSITIVE), "1.5", "Centre to centre, along rows and columns.")
+            .only(&["grid", "line"]),
+        computed("columns", Int { min: 1, max: MAX_ROBOTS as i128 }, "as square as it gets", "Robots in a row.")
+            .only(&["grid"]),
+        required("offset_m", Pair, "Where the block goes, from where it is.").only(&["grid"]),
+        required("gap_m", Float(POSITIVE), "From line to line.").only(&["line"]),
+        preset(
+            "spread_m",
+            Float(NOT_NEGATIVE),
+            "0.2",
+            "Least free space round every start and goal, surface to surface.",
+        )
+        .only(&["random"]),
+        preset("goal_distance_m_min", Float(NOT_NEGATIVE), "0", "Least distance from a robot's start to its goal.")
+            .only(&["random"]),
+        computed("x_m", Interval, "the world's", "Starts and goals lie within these x.").only(&["random"]),
+        computed("y_m", Interval, "the world's", "Starts and goals lie within these y.").only(&["random"]),
+        preset("jitter_m", Float(NOT_NEGATIVE), "0", "Starts are moved by up to this much, by the seed.").only(&[
+            "circle-swap",
+            "ring",
+            "grid",
+            "line",
+        ]),
+    ]],
+};
+
+static OBSTACLE: Section = Section {
+    title: "[[obstacle]]",
+    help: "Something in the world that is not a robot.",
+    tag: Some("shape"),
+    groups: &[&[
+        required("shape", Choice(&["disc", "segment", "capsule", "polygon"]), "What shape it has."),
+        required("center_m", Pair, "Centre.").only(&["disc"]),
+        required("from_m", Pair, "One end.").only(&["segment", "capsule"]),
+        required("to_m", Pair, "The other end.").only(&["segment", "capsule"]),
+        required("radius_m", Float(POSITIVE), "Radius of a disc, half the thickness of a capsule.")
+            .only(&["disc", "capsule"]),
+        required("corners_m", Pairs { min: 3, max: MAX_SHAPES }, "Corners in order; the inside is solid.")
+            .only(&["polygon"]),
+        optional("motion", Table(&MOTION), "How it moves."),
+    ]],
+};
+
+static EVENT: Section = Section {
+    title: "[[event]]",
+    help: "Something that happens at the beginning of a tick.",
+    tag: Some("kind"),
+    groups: &[&[
+        required("at_s", Float(NOT_NEGATIVE), "When; rounded to a tick."),
+        required(
+            "kind",
+            Choice(&["join", "leave", "task", "kill", "pause", "radio"]),
+            "A robot enters (it is absent before), goes, is given a goal, loses its process, or is stopped for a while; or the radio changes.",
+        ),
+        required("robot", Text(32), "Id of the robot.").only(&["join", "leave", "task", "kill", "pause"]),
+        required("goal_m", Pair, "The goal.").only(&["task"]),
+        preset("now", Bool, "false", "Head there at once and forget the goals that were waiting.").only(&["task"]),
+        required("for_s", Float(POSITIVE), "For how long; rounded to ticks, at least one.").only(&["pause"]),
+        optional("robot", Text(32), "Id of the robot that hears like this; without it, all do.").only(&["radio"]),
+        computed("delay_ticks", DELAY, "as in `[radio]`", "From now on poses are heard late by this much.")
+            .only(&["radio"]),
+        computed("drop", Float(SHARE), "as in `[radio]`", "From now on this share of poses gets lost.")
+            .only(&["radio"]),
+        computed(
+            "noise_m",
+            Float(NOT_NEGATIVE),
+            "as in `[radio]`",
+            "From now on heard positions are off by this much.",
+        )
+        .only(&["radio"]),
+    ]],
+};
+
+static EXPECT: Section = Section {
+    title: "[expect]",
+    help: "When the run counts as a success.",
+    tag: None,
+    groups: &[&[
+        preset("arrived", AllOrCount, "\"all\"", "At least so many robots arrive."),
+        preset(
+            "contacts_max",
+            Int { min: 0, max: u64::MAX as i128 },
+            "0",
+            "At most so many contacts, with robots and obstacles.",
+        ),
+        optional("makespan_s_max", Float(POSITIVE), "All arrive within this time."),
+        optional("clearance_m_min", Float(ANY), "The smallest clearance, to robots and obstacles, is at least this."),
+    ]],
+};
+
+const fn required(name: &'static str, ty: Type, help: &'static str) -> Key {
+    Key { name, ty, preset: Preset::Required, help, only: &[] }
+}
+
+const fn optional(name: &'static str, ty: Type, help: &'static str) -> Key {
+    Key { name, ty, preset: Preset::Absent, help, only: &[] }
+}
+
+const fn preset(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
+    Key { name, ty, preset: Preset::Value(value), help, only: &[] }
+}
+
+const fn computed(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
+    Key { name, ty, preset: Preset::Computed(value), help, only: &[] }
+}

@@ -1,0 +1,166 @@
+//! The timeline: events of a file, in order, and whether they make sense for the robots they name.
+
+use crate::check::Ground;
+use crate::model::{Clock, Event, Radio, Robot, What};
+use crate::node::Node;
+use crate::problems::{Report, known};
+use std::collections::{HashMap, HashSet};
+
+/// Ids of robots that enter later.
+pub(crate) fn late(root: &Node) -> HashSet<&str> {
+    let joins = root.nodes("event").iter().filter(|node| node.tag == Some("join"));
+    joins.filter_map(|node| node.text("robot")).collect()
+}
+
+/// What events are checked against.
+pub(crate) struct Stage<'a> {
+    pub(crate) robots: &'a [Robot],
+    /// No robot is missing from them because of another problem.
+    pub(crate) all_known: bool,
+    /// The radio that an event without values goes back to.
+    pub(crate) radio: Radio,
+    pub(crate) clock: Clock,
+    /// The duration was given on the command line: what comes later does not happen, and that is no mistake.
+    pub(crate) cut_short: bool,
+    pub(crate) ground: Ground<'a>,
+}
+
+impl Stage<'_> {
+    /// All events, sorted by tick; equal ticks keep the order of the file.
+    pub(crate) fn events(&self, root: &Node, report: &mut Report) -> Vec<Event> {
+        let slots: HashMap<&str, usize> =
+            self.robots.iter().enumerate().rev().map(|(slot, robot)| (robot.id.as_str(), slot)).collect();
+        let nodes = root.nodes("event");
+        let mut events: Vec<(&Node, Event)> =
+            nodes.iter().filter_map(|node| Some((node, self.event(node, &slots, report)?))).collect();
+        events.sort_by_key(|(_, event)| event.tick);
+        self.check_lives(&events, report);
+        events.into_iter().map(|(_, event)| event).collect()
+    }
+
+    fn event(&self, node: &Node, slots: &HashMap<&str, usize>, report: &mut Report) -> Option<Event> {
+        let at_s = node.float("at_s");
+        if let Some(at_s) = at_s
+            && self.tick(at_s) >= self.clock.ticks_max
+            && !self.cut_short
+        {
+            let end_s = self.clock.ticks_max as f64 / self.clock.tick_hz;
+            let message = format!("{at_s} s is not before the end of the run, {end_s} s");
+            report.add_hint(
+                node.at("at_s"),
+                &node.key("at_s"),
+                message,
+                "let it happen earlier, or raise clock.duration_s",
+            );
+        }
+        let robot = match node.text("robot") {
+            None => None,
+            Some(id) => match slots.get(id) {
+                Some(slot) => Some(*slot),
+                None => {
+                    if self.all_known {
+                        self.unknown_robot(node, id, report);
+                    }
+                    return None;
+                }
+            },
+        };
+        if let (Some(robot), Some(goal)) =
+            (robot, node.tag.filter(|tag| *tag == "task").and_then(|_| node.point("goal_m")))
+        {
+            let robot = &self.robots[robot];
+            let what = format!("the task of `{}`", robot.id);
+            self.ground.place(goal, robot.radius_m, false, &what, &node.key("goal_m"), node.at("goal_m"), report);
+        }
+        let what = match node.tag? {
+            "join" => What::Join { robot: robot? },
+            "leave" => What::Leave { robot: robot? },
+            "task" => What::Task { robot: robot?, goal: node.point("goal_m")?, now: node.bool("now")? },
+            "kill" => What::Kill { robot: robot? },
+            "pause" => {
+                let ticks = self.tick(node.float("for_s")?);
+                if ticks == 0 {
+                    let message = format!("a pause of {} s is shorter than half a tick", node.float("for_s")?);
+                    let hint = format!("a tick lasts {} s", self.clock.dt_s());
+                    report.add_hint(node.at("for_s"), &node.key("for_s"), message, hint);
+                }
+                What::Pause { robot: robot?, ticks }
+            }
+            _ => What::Radio { robot, radio: radio(node, self.radio) },
+        };
+        Some(Event { tick: self.tick(at_s?), what })
+    }
+
+    fn tick(&self, time_s: f64) -> u64 {
+        (time_s * self.clock.tick_hz).round() as u64
+    }
+
+    fn unknown_robot(&self, node: &Node, id: &str, report: &mut Report) {
+        let ids: Vec<&str> = self.robots.iter().map(|robot| robot.id.as_str()).collect();
+        let hint = match ids.len() {
+            0 => "there are no robots".to_string(),
+            1..=20 => known("robots", id, &ids),
+            many => {
+                let near = crate::problems::nearest(id, ids.iter().copied());
+                let near = near.map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
+                format!("there are {many} robots, {} to {}{near}", ids[0], ids[many - 1])
+            }
+        };
+        report.add_hint(node.at("robot"), &node.key("robot"), format!("unknown robot `{}`", id.escape_debug()), hint);
+    }
+
+    /// Follows every robot through its events: it has to be there for what happens to it.
+    fn check_lives(&self, events: &[(&Node, Event)], report: &mut Report) {
+        #[derive(Clone, Copy)]
+        enum Life {
+            Absent,
+            Present,
+            Left,
+            Dead,
+        }
+        let mut lives = vec![Life::Present; self.robots.len()];
+        for (_, event) in events {
+            if let What::Join { robot } = event.what {
+                lives[robot] = Life::Absent;
+            }
+        }
+        let mut joined = vec![false; self.robots.len()];
+        for (node, event) in events {
+            let (robot, joins) = match event.what {
+                What::Join { robot } => (robot, true),
+                What::Leave { robot } | What::Kill { robot } => (robot, false),
+                What::Task { robot, .. } | What::Pause { robot, .. } => (robot, false),
+                What::Radio { robot: Some(robot), .. } => (robot, false),
+                What::Radio { robot: None, .. } => continue,
+            };
+            let id = &self.robots[robot].id;
+            let problem = match lives[robot] {
+                Life::Left if joins => Some(format!("`{id}` has left, and a robot that left does not come back")),
+                Life::Left => Some(format!("`{id}` has left by then")),
+                Life::Dead if !joins => Some(format!("`{id}` has been killed by then, and is not restarted")),
+                _ if joins && joined[robot] => Some(format!("`{id}` has joined already")),
+                Life::Absent if !joins => Some(format!("`{id}` has not joined by then")),
+                _ => None,
+            };
+            if let Some(message) = problem {
+                report.add(node.at("at_s"), &node.path, message);
+                continue;
+            }
+            match event.what {
+                What::Join { .. } => (lives[robot], joined[robot]) = (Life::Present, true),
+                What::Leave { .. } => lives[robot] = Life::Left,
+                What::Kill { .. } if self.robots[robot].restart.limit == 0 => lives[robot] = Life::Dead,
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The radio that a node describes; what it does not say is as in `base`.
+pub(crate) fn radio(node: &Node, base: Radio) -> Radio {
+    Radio {
+        delay_ticks: node.int("delay_ticks").map_or(base.delay_ticks, |ticks| ticks as u32),
+        drop: node.float("drop").unwrap_or(base.drop),
+        noise_m: node.float("noise_m").unwrap_or(base.noise_m),
+    }
+}
