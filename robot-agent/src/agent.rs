@@ -1,0 +1,177 @@
+//! The pure core of an agent: what it learned since the last tick goes in, what it says and does comes out.
+
+use crate::radio::Receiver;
+use nalgebra::{Point2, Vector2};
+use planners::registry::Identity;
+use planners::{Drive, Neighbor, Obstacle, ParamError, PlanInput, Planner};
+use protocol::daemon_to_robot::AgentSpec;
+use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
+
+pub use crate::radio::Time;
+
+/// Everything an agent learned for this tick.
+pub struct AgentInputs<'a> {
+    /// Where it is and where to go.
+    pub odometry: &'a Odometry,
+    /// Whom it hears and what their boards hold, sorted by slot.
+    pub heard: &'a [(NeighborRef, PosePair)],
+    /// What it sees, sorted by piece index.
+    pub pieces: &'a [Piece],
+    /// How to tell the age of a pose.
+    pub time: Time,
+}
+
+/// Everything an agent says and does in a tick. The stamps are the shell's to fill in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AgentOutputs {
+    /// Its pose, for whoever hears it.
+    pub pose: SharedPose,
+    /// What it asks of its body, within its limits.
+    pub drive: Drive,
+}
+
+/// Why an agent cannot be built from its spec.
+#[derive(Debug, thiserror::Error)]
+pub enum AgentError {
+    /// The method does not exist in this executable.
+    #[error("robot `{robot}`: unknown planner `{planner}`")]
+    UnknownPlanner {
+        /// The robot.
+        robot: String,
+        /// The method it asks for.
+        planner: String,
+    },
+    /// The method refuses its parameters.
+    #[error("robot `{robot}`: planner `{planner}`: {problem}")]
+    Params {
+        /// The robot.
+        robot: String,
+        /// Its method.
+        planner: String,
+        /// Why.
+        problem: ParamError,
+    },
+}
+
+/// One robot's agent.
+pub struct Agent {
+    spec: AgentSpec,
+    planner: Box<dyn Planner>,
+    receiver: Receiver,
+    neighbors: Vec<Neighbor>,
+    obstacles: Vec<Obstacle>,
+    map: Vec<Obstacle>,
+}
+
+impl Agent {
+    /// An agent with the method that its spec names.
+    ///
+    /// # Errors
+    /// When there is no such method, or it refuses its parameters. A validated scenario has neither.
+    pub fn new(spec: AgentSpec) -> Result<Agent, AgentError> {
+        let planner = planner_of(&spec)?;
+        Ok(Agent::with_planner(spec, planner))
+    }
+
+    /// An agent with this method, whatever its spec names: how a user brings a planner that shoal does not have.
+    pub fn with_planner(spec: AgentSpec, planner: Box<dyn Planner>) -> Agent {
+        let receiver = Receiver::new(spec.clock.seed, spec.seat, spec.radio.clone());
+        let map = spec.map.iter().map(|piece| Obstacle::from(*piece)).collect();
+        Agent { spec, planner, receiver, neighbors: Vec::new(), obstacles: Vec::new(), map }
+    }
+
+    /// What it was told at the start.
+    pub fn spec(&self) -> &AgentSpec {
+        &self.spec
+    }
+
+    /// The poses used in the last step: whose, and when it was written (ns).
+    pub fn used(&self) -> impl Iterator<Item = (NeighborRef, u64)> + '_ {
+        self.receiver.in_use().map(|(who, pose)| (who, pose.stamp_ns))
+    }
+
+    /// One tick.
+    pub fn step(&mut self, inputs: &AgentInputs<'_>) -> AgentOutputs {
+        let odometry = inputs.odometry;
+        let (robot, dt_s) = (&self.spec.robot, self.spec.clock.dt_s());
+
+        self.receiver.receive(odometry.tick, inputs.time, inputs.heard);
+        self.neighbors.clear();
+        self.neighbors.extend(self.receiver.neighbors(odometry.tick, dt_s, inputs.time));
+        self.obstacles.clear();
+        self.obstacles.extend(inputs.pieces.iter().map(obstacle));
+
+        let position = Point2::new(odometry.x_m, odometry.y_m);
+        let velocity = Vector2::new(odometry.vx_mps, odometry.vy_mps);
+        let goal = Point2::new(odometry.goal_x_m, odometry.goal_y_m);
+        let arrived = odometry.has(Odometry::FLAG_ARRIVED);
+        let plan = self.planner.plan(&PlanInput {
+            tick: odometry.tick,
+            dt_s,
+            position,
+            yaw_rad: odometry.yaw_rad,
+            velocity,
+            radius_m: robot.radius_m,
+            kind: robot.kind,
+            limits: robot.limits,
+            goal,
+            goal_tolerance_m: robot.goal_tolerance_m,
+            arrived,
+            obstacles: &self.obstacles,
+            neighbors: &self.neighbors,
+            map: &self.map,
+        });
+        let drive = plan.drive.within(&robot.limits);
+
+        let mut flags = SharedPose::FLAG_SPOKEN;
+        if arrived {
+            flags |= SharedPose::FLAG_ARRIVED;
+        }
+        if drive == Drive::stop(robot.kind) {
+            flags |= SharedPose::FLAG_STOPPED;
+        }
+        let pose = SharedPose {
+            tick: odometry.tick,
+            stamp_ns: 0,
+            x_m: odometry.x_m,
+            y_m: odometry.y_m,
+            yaw_rad: odometry.yaw_rad,
+            vx_mps: odometry.vx_mps,
+            vy_mps: odometry.vy_mps,
+            radius_m: robot.radius_m,
+            remaining_m: if arrived { 0.0 } else { (goal - position).norm() },
+            flags,
+            reserved: 0,
+        };
+        AgentOutputs { pose, drive }
+    }
+}
+
+/// The method that a spec names.
+///
+/// # Errors
+/// When there is no such method, or it refuses its parameters.
+pub fn planner_of(spec: &AgentSpec) -> Result<Box<dyn Planner>, AgentError> {
+    let (robot, seat) = (&spec.robot, spec.seat);
+    let method = planners::find(&robot.planner)
+        .ok_or_else(|| AgentError::UnknownPlanner { robot: robot.id.clone(), planner: robot.planner.clone() })?;
+    let identity = Identity { seed: spec.clock.seed, robot: seat.slot, incarnation: seat.incarnation };
+    (method.build)(&robot.params, identity).map_err(|problem| AgentError::Params {
+        robot: robot.id.clone(),
+        planner: robot.planner.clone(),
+        problem,
+    })
+}
+
+fn obstacle(piece: &Piece) -> Obstacle {
+    Obstacle {
+        id: piece.obstacle,
+        shape: planners::Capsule {
+            a: Point2::new(piece.ax_m, piece.ay_m),
+            b: Point2::new(piece.bx_m, piece.by_m),
+            radius: piece.radius_m,
+        },
+        velocity: Vector2::new(piece.vx_mps, piece.vy_mps),
+    }
+}

@@ -1,0 +1,226 @@
+//! Which pose of each neighbour counts in this tick.
+//!
+//! The rule for ticks: at tick k a robot uses each neighbour's newest pose of a tick before k. That rule does not
+//! care who ran first within a tick, and so `single` and `lockstep` agree to the last bit. In `realtime` there
+//! is no common tick and the newest pose counts.
+//!
+//! Faults act here, on reception: a pose may be lost, may be late, and may be wrong by some noise. A pose once
+//! received stays in use until a newer one is received.
+
+use planners::Neighbor;
+use planners::random::Stream;
+use protocol::Seat;
+use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::world_to_robot::NeighborRef;
+use scenarios::Radio;
+
+/// How old a pose is, and which pose is the newest: by ticks, or by the stamps of the monotonic clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Time {
+    /// Deterministic modes: poses of earlier ticks count, and age is a number of ticks.
+    Ticks,
+    /// `realtime`: the newest pose counts, and age is measured.
+    Stamps {
+        /// The monotonic clock now, ns.
+        now_ns: u64,
+    },
+}
+
+/// One neighbour as this robot has heard it so far.
+struct Track {
+    who: NeighborRef,
+    /// The pose in use.
+    current: Option<SharedPose>,
+    /// Tick of the newest pose taken off the neighbour's board.
+    taken: Option<u64>,
+    /// Poses on their way, with the tick from which on they are heard.
+    in_flight: Vec<(u64, SharedPose)>,
+}
+
+impl Track {
+    /// Hears what is due. A delay that shrank lets a newer pose overtake; the newer one stays.
+    fn land(&mut self, tick: u64) {
+        let current = &mut self.current;
+        self.in_flight.retain(|(due, pose)| {
+            if *due > tick {
+                return true;
+            }
+            if current.is_none_or(|held| pose.tick > held.tick) {
+                *current = Some(*pose);
+            }
+            false
+        });
+    }
+}
+
+/// The receiver of one robot.
+pub struct Receiver {
+    schedule: Vec<(u64, Radio)>,
+    tracks: Vec<Track>,
+    losses: Stream,
+    errors: Stream,
+}
+
+impl Receiver {
+    /// A receiver that has heard nobody. `schedule` says from which tick on the radio is what, in order.
+    pub fn new(seed: u64, seat: Seat, schedule: Vec<(u64, Radio)>) -> Receiver {
+        let stream = |purpose| Stream::new(seed, seat.slot, seat.incarnation, purpose);
+        Receiver { schedule, tracks: Vec::new(), losses: stream("radio-loss"), errors: stream("radio-noise") }
+    }
+
+    /// Takes in what the boards of the robots in range hold at this tick. `heard` is sorted by slot; whoever is not
+    /// in it is out of range and forgotten.
+    pub fn receive(&mut self, tick: u64, time: Time, heard: &[(NeighborRef, PosePair)]) {
+        let radio = self.radio_at(tick);
+        self.follow(heard);
+        for (track, (_, pair)) in self.tracks.iter_mut().zip(heard) {
+            let newest = match time {
+                Time::Ticks => pair.before(tick),
+                Time::Stamps { .. } => pair.before(u64::MAX),
+            };
+            if let Some(pose) = newest.filter(|pose| track.taken.is_none_or(|taken| pose.tick > taken)) {
+                track.taken = Some(pose.tick);
+                if radio.drop <= 0.0 || self.losses.unit() >= radio.drop {
+                    let mut pose = *pose;
+                    if radio.noise_m > 0.0 {
+                        pose.x_m += radio.noise_m * self.errors.normal();
+                        pose.y_m += radio.noise_m * self.errors.normal();
+                    }
+                    if radio.delay_ticks == 0 {
+                        track.current = Some(pose);
+                    } else {
+                        track.in_flight.push((tick + u64::from(radio.delay_ticks), pose));
+                    }
+                }
+            }
+            track.land(tick);
+        }
+    }
+
+    /// The poses in use, as the planner sees them, sorted by slot.
+    pub fn neighbors(&self, tick: u64, dt_s: f64, time: Time) -> impl Iterator<Item = Neighbor> + '_ {
+        self.in_use().map(move |(who, pose)| {
+            let age_s = match time {
+                Time::Ticks => tick.saturating_sub(pose.tick) as f64 * dt_s,
+                Time::Stamps { now_ns } => now_ns.saturating_sub(pose.stamp_ns) as f64 * 1e-9,
+            };
+            Neighbor {
+                id: who.slot,
+                position: nalgebra::Point2::new(pose.x_m, pose.y_m),
+                yaw_rad: pose.yaw_rad,
+                velocity: nalgebra::Vector2::new(pose.vx_mps, pose.vy_mps),
+                radius_m: pose.radius_m,
+                age_s,
+                remaining_m: pose.remaining_m,
+                arrived: pose.has(SharedPose::FLAG_ARRIVED),
+                stopped: pose.has(SharedPose::FLAG_STOPPED),
+            }
+        })
+    }
+
+    /// The poses in use, sorted by slot.
+    pub fn in_use(&self) -> impl Iterator<Item = (NeighborRef, &SharedPose)> + '_ {
+        self.tracks.iter().filter_map(|track| track.current.as_ref().map(|pose| (track.who, pose)))
+    }
+
+    fn radio_at(&self, tick: u64) -> Radio {
+        self.schedule.iter().rev().find(|(from, _)| *from <= tick).map_or(Radio::PERFECT, |(_, radio)| *radio)
+    }
+
+    /// Makes the tracks those of `heard`, keeping what is known of those who stay. Both are sorted by slot.
+    fn follow(&mut self, heard: &[(NeighborRef, PosePair)]) {
+        let same = self.tracks.len() == heard.len()
+            && self.tracks.iter().zip(heard).all(|(track, (who, _))| track.who == *who);
+        if same {
+            return;
+        }
+        let mut old = std::mem::take(&mut self.tracks).into_iter().peekable();
+        for (who, _) in heard {
+            while old.next_if(|track| track.who.slot < who.slot).is_some() {}
+            let kept = old.next_if(|track| track.who == *who);
+            self.tracks.push(kept.unwrap_or_else(|| Track {
+                who: *who,
+                current: None,
+                taken: None,
+                in_flight: Vec::new(),
+            }));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pose(tick: u64, x_m: f64) -> SharedPose {
+        SharedPose { tick, x_m, flags: SharedPose::FLAG_SPOKEN, ..SharedPose::default() }
+    }
+
+    fn pair_at(tick: u64) -> PosePair {
+        let mut pair = PosePair::default();
+        for t in tick.saturating_sub(1)..=tick {
+            pair.push(pose(t, t as f64));
+        }
+        pair
+    }
+
+    const ONE: NeighborRef = NeighborRef { slot: 1, incarnation: 0 };
+
+    /// Ages of the pose in use, in ticks, at each of `ticks`, when the neighbour has or has not yet spoken this tick.
+    fn ages(schedule: Vec<(u64, Radio)>, ticks: std::ops::Range<u64>, ahead: bool) -> Vec<Option<u64>> {
+        let mut receiver = Receiver::new(7, Seat { slot: 0, incarnation: 0 }, schedule);
+        ticks
+            .map(|tick| {
+                let spoken = if ahead { tick } else { tick - 1 };
+                receiver.receive(tick, Time::Ticks, &[(ONE, pair_at(spoken))]);
+                receiver.in_use().next().map(|(_, pose)| tick - pose.tick)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn it_does_not_matter_who_ran_first() {
+        assert_eq!(ages(vec![], 1..6, true), ages(vec![], 1..6, false));
+        assert_eq!(ages(vec![], 1..4, true), vec![Some(1); 3]);
+    }
+
+    #[test]
+    fn a_pose_of_this_tick_is_not_heard_yet() {
+        let mut receiver = Receiver::new(7, Seat { slot: 0, incarnation: 0 }, vec![]);
+        let mut pair = PosePair::default();
+        pair.push(pose(4, 0.0));
+        receiver.receive(4, Time::Ticks, &[(ONE, pair)]);
+        assert_eq!(receiver.in_use().count(), 0);
+    }
+
+    #[test]
+    fn a_delay_adds_its_ticks_and_starts_with_what_was_heard_before() {
+        let delayed = Radio { delay_ticks: 3, ..Radio::PERFECT };
+        assert_eq!(ages(vec![(0, delayed)], 1..7, true), [None, None, None, Some(4), Some(4), Some(4)]);
+        let switched = vec![(0, Radio::PERFECT), (3, delayed), (8, Radio::PERFECT)];
+        let expected = [1, 1, 2, 3, 4, 4, 4, 1, 1, 1, 1, 1].map(Some);
+        assert_eq!(ages(switched, 1..13, true), expected);
+    }
+
+    #[test]
+    fn losses_come_at_their_rate_and_are_the_same_again() {
+        let lossy = vec![(0, Radio { drop: 0.3, ..Radio::PERFECT })];
+        let first = ages(lossy.clone(), 1..4001, true);
+        let fresh = first.iter().filter(|age| **age == Some(1)).count();
+        assert!((2700..2900).contains(&fresh), "{fresh} of 4000 poses got through, expected about 2800");
+        assert_eq!(first, ages(lossy, 1..4001, true));
+    }
+
+    #[test]
+    fn whoever_goes_out_of_range_is_forgotten_and_a_new_life_starts_afresh() {
+        let mut receiver = Receiver::new(7, Seat { slot: 0, incarnation: 0 }, vec![]);
+        let two = NeighborRef { slot: 2, incarnation: 0 };
+        receiver.receive(5, Time::Ticks, &[(ONE, pair_at(5)), (two, pair_at(5))]);
+        assert_eq!(receiver.in_use().count(), 2);
+        receiver.receive(6, Time::Ticks, &[(two, pair_at(6))]);
+        assert_eq!(receiver.in_use().map(|(who, _)| who.slot).collect::<Vec<_>>(), [2]);
+        let again = NeighborRef { slot: 2, incarnation: 1 };
+        receiver.receive(7, Time::Ticks, &[(again, PosePair::default())]);
+        assert_eq!(receiver.in_use().count(), 0);
+    }
+}

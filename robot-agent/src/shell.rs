@@ -1,0 +1,367 @@
+//! The process around an agent: shared memory, time, and the end of it. No decision about robots is taken here.
+//!
+//! One executable can hold another method than shoal's: [`run`] takes what builds the planner, so that a user's own
+//! `main` is three lines (see `examples/own_planner.rs`).
+
+use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Time, planner_of};
+use bus::{
+    Address, BusError, Counter, Gate, Metric, Node, RobotReader, RobotWriter, Sizes, StatsWriter, TickWait,
+    WorldReader, clock,
+};
+use planners::{Plan, PlanInput, Planner};
+use protocol::Seat;
+use protocol::codec::{self, CodecError};
+use protocol::daemon_to_robot::AgentSpec;
+use protocol::robot_to_robot::PosePair;
+use protocol::robot_to_world::Command;
+use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
+use scenarios::Mode;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::time::Duration;
+
+/// Longest sleep without a look at the stop word.
+const PATIENCE: Duration = Duration::from_millis(500);
+/// Boards of robots that went out of range are kept open until there are this many of them: ranges are crossed back
+/// and forth, and an open costs a hundred microseconds.
+const SPARE_BOARDS: usize = 16;
+
+/// Who this process is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Args {
+    /// Root directory of the run.
+    pub root: PathBuf,
+    /// Slot and life of the robot.
+    pub seat: Seat,
+    /// The process that started this one: when it goes, this one goes.
+    pub parent: u32,
+}
+
+impl Args {
+    /// Reads `--root PATH --slot N --incarnation N --parent PID`, which is how the daemon starts every agent.
+    ///
+    /// # Errors
+    /// When one is missing, or is not a number where it should be.
+    pub fn parse(words: impl IntoIterator<Item = String>) -> Result<Args, ShellError> {
+        let mut words = words.into_iter();
+        let (mut root, mut slot, mut incarnation, mut parent) = (None, None, None, None);
+        while let Some(key) = words.next() {
+            let value = words.next().ok_or_else(|| ShellError::Usage(format!("`{key}` needs a value")))?;
+            let number =
+                || value.parse::<u32>().map_err(|_| ShellError::Usage(format!("`{key}`: `{value}` is not a number")));
+            match key.as_str() {
+                "--root" => root = Some(PathBuf::from(&value)),
+                "--slot" => slot = Some(number()?),
+                "--incarnation" => incarnation = Some(number()?),
+                "--parent" => parent = Some(number()?),
+                _ => return Err(ShellError::Usage(format!("unknown argument `{key}`"))),
+            }
+        }
+        let missing = |key: &str| ShellError::Usage(format!("`{key}` is missing: agents are started by `shoal run`"));
+        Ok(Args {
+            root: root.ok_or_else(|| missing("--root"))?,
+            seat: Seat {
+                slot: slot.ok_or_else(|| missing("--slot"))?,
+                incarnation: incarnation.ok_or_else(|| missing("--incarnation"))?,
+            },
+            parent: parent.ok_or_else(|| missing("--parent"))?,
+        })
+    }
+}
+
+/// Why an agent's process ended badly.
+#[derive(Debug, thiserror::Error)]
+pub enum ShellError {
+    /// It was not started as an agent is.
+    #[error("agent: {0}")]
+    Usage(String),
+    /// Shared memory failed it.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// Its spec cannot be read.
+    #[error("agent spec `{0}`: {1}")]
+    SpecFile(PathBuf, #[source] std::io::Error),
+    /// Its spec is damaged.
+    #[error("agent spec: {0}")]
+    Spec(#[from] CodecError),
+    /// Its method cannot be built.
+    #[error(transparent)]
+    Agent(#[from] AgentError),
+}
+
+/// Runs the agent with the method that its spec names.
+///
+/// # Errors
+/// See [`ShellError`].
+pub fn main(args: &Args) -> Result<(), ShellError> {
+    run(args, &mut planner_of, &mut |_| {})
+}
+
+/// Runs an agent until its robot leaves or the run ends. `build` makes the planner; `adjust` may change what the
+/// agent says and does before it is published.
+///
+/// # Errors
+/// See [`ShellError`].
+pub fn run(
+    args: &Args,
+    build: &mut dyn FnMut(&AgentSpec) -> Result<Box<dyn Planner>, AgentError>,
+    adjust: &mut dyn FnMut(&mut AgentOutputs),
+) -> Result<(), ShellError> {
+    if !bus::process::die_with_parent(args.parent) {
+        return Ok(());
+    }
+    let address = Address::at(&args.root)?;
+    let path = address.file(&spec_file(args.seat));
+    #[expect(clippy::disallowed_methods, reason = "the shell reads its spec once, before the loop")]
+    let bytes = std::fs::read(&path).map_err(|error| ShellError::SpecFile(path, error))?;
+    let spec: AgentSpec = codec::decode(&bytes)?;
+
+    let planner = build(&spec)?;
+    let plan_ns = Arc::new(AtomicU64::new(0));
+    let agent = Agent::with_planner(spec, Box::new(Timed { inner: planner, plan_ns: Arc::clone(&plan_ns) }));
+    let mut ports = {
+        let spec = agent.spec();
+        let sizes = Sizes { max_robots: spec.max_robots, shape_pieces: spec.shape_pieces };
+        Ports::open(&address, args.seat, sizes)?
+    };
+    ports.gate.announce_ready(args.seat);
+    match agent.spec().clock.mode {
+        Mode::Realtime => realtime(agent, &mut ports, &plan_ns, adjust),
+        Mode::Lockstep | Mode::Single => lockstep(agent, &mut ports, &plan_ns, adjust),
+    }
+}
+
+/// Name of the file in the run's root that holds the spec of a seat.
+pub fn spec_file(seat: Seat) -> String {
+    format!("agent-{}-{}", seat.slot, seat.incarnation)
+}
+
+/// `lockstep`: the world opens a tick, this robot answers it.
+fn lockstep(
+    mut agent: Agent,
+    ports: &mut Ports,
+    plan_ns: &AtomicU64,
+    adjust: &mut dyn FnMut(&mut AgentOutputs),
+) -> Result<(), ShellError> {
+    let seat = agent.spec().seat;
+    let mut last = None;
+    loop {
+        let (tick, opened_ns) = match ports.gate.wait_tick(last, PATIENCE) {
+            TickWait::Open { tick, stamp_ns } => (tick, stamp_ns),
+            TickWait::TimedOut => continue,
+            TickWait::Stopped => return Ok(()),
+        };
+        let woken_ns = clock::now_ns();
+        last = Some(tick);
+        let odometry = ports.world.odometry();
+        if odometry.incarnation != seat.incarnation {
+            continue; // not in the world yet
+        }
+        if odometry.has(Odometry::FLAG_LEFT) {
+            return Ok(());
+        }
+        if !odometry.has(Odometry::FLAG_PRESENT) || odometry.tick != tick {
+            ports.gate.note_alive(seat); // held or paused: nobody waits for this answer
+            continue;
+        }
+        ports.stats.record(Metric::Wake, woken_ns.saturating_sub(opened_ns));
+        step(&mut agent, ports, &odometry, Time::Ticks, usize::MAX, adjust);
+        ports.gate.answer(seat, tick);
+        ports.stats.record(Metric::Plan, plan_ns.load(Relaxed));
+        ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
+        ports.stats.add(Counter::Periods, 1);
+    }
+}
+
+/// `realtime`: this robot's own timer opens its periods; nobody waits for anybody.
+fn realtime(
+    mut agent: Agent,
+    ports: &mut Ports,
+    plan_ns: &AtomicU64,
+    adjust: &mut dyn FnMut(&mut AgentOutputs),
+) -> Result<(), ShellError> {
+    let (seat, robots) = (agent.spec().seat, u64::from(agent.spec().max_robots));
+    clock::set_timer_slack_1ns();
+    let start_ns = loop {
+        if ports.gate.stopped() {
+            return Ok(());
+        }
+        if let Some(start_ns) = ports.gate.wait_start(PATIENCE) {
+            break start_ns;
+        }
+    };
+    let period_ns = (1e9 / agent.spec().clock.tick_hz) as u64;
+    // The agents spread over the period, behind the world: they do not all want the processor at once.
+    let phase_ns = period_ns * (u64::from(seat.slot) + 1) / (robots + 1);
+    let first_ns = start_ns + phase_ns;
+    let passed = clock::now_ns().saturating_sub(first_ns).div_ceil(period_ns);
+    let mut due_ns = first_ns + passed * period_ns;
+    loop {
+        clock::sleep_until_ns(due_ns);
+        let woken_ns = clock::now_ns();
+        if ports.gate.stopped() {
+            return Ok(());
+        }
+        let odometry = ports.world.odometry();
+        if odometry.incarnation == seat.incarnation {
+            if odometry.has(Odometry::FLAG_LEFT) {
+                return Ok(());
+            }
+            if odometry.has(Odometry::FLAG_PRESENT) {
+                ports.stats.record(Metric::Wake, woken_ns.saturating_sub(due_ns));
+                step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, 1, adjust);
+                ports.stats.record(Metric::Plan, plan_ns.load(Relaxed));
+                ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
+                ports.stats.add(Counter::Periods, 1);
+            }
+            ports.gate.note_alive(seat);
+        }
+        // A period that is over before its work is done is a miss, and so is every period slept through.
+        let now_ns = clock::now_ns();
+        due_ns += period_ns;
+        if now_ns > due_ns {
+            let missed = (now_ns - due_ns).div_ceil(period_ns);
+            ports.stats.add(Counter::DeadlineMisses, missed);
+            ports.stats.add(Counter::Periods, missed - 1);
+            due_ns += (missed - 1) * period_ns;
+        }
+    }
+}
+
+/// Reads what there is, plans, publishes.
+fn step(
+    agent: &mut Agent,
+    ports: &mut Ports,
+    odometry: &Odometry,
+    time: Time,
+    opens_max: usize,
+    adjust: &mut dyn FnMut(&mut AgentOutputs),
+) {
+    ports.listen(opens_max);
+    ports.look();
+    let used_ns = clock::now_ns();
+    let mut outputs = agent.step(&AgentInputs { odometry, heard: &ports.heard, pieces: &ports.pieces, time });
+    adjust(&mut outputs);
+
+    let stamp_ns = clock::now_ns();
+    outputs.pose.stamp_ns = stamp_ns;
+    ports.said.push(outputs.pose);
+    ports.robot.pose(ports.said);
+    let command = Command {
+        tick: odometry.tick,
+        stamp_ns,
+        odometry_stamp_ns: odometry.stamp_ns,
+        incarnation: odometry.incarnation,
+        ..Command::default()
+    };
+    ports.robot.command(command.with_drive(outputs.drive));
+    for (_, spoken_ns) in agent.used() {
+        ports.stats.record(Metric::PoseAge, used_ns.saturating_sub(spoken_ns));
+    }
+}
+
+/// Everything that this process shares with others.
+struct Ports {
+    gate: Gate,
+    world: WorldReader,
+    robot: RobotWriter,
+    stats: StatsWriter,
+    /// The robots in range, as the world last listed them.
+    in_range: Vec<NeighborRef>,
+    /// Open boards, sorted by slot; more than those in range.
+    boards: Vec<(NeighborRef, RobotReader)>,
+    /// What the boards in range hold at this tick.
+    heard: Vec<(NeighborRef, PosePair)>,
+    /// Indices of what is in sight, and the pieces themselves.
+    in_sight: Vec<u16>,
+    pieces: Vec<Piece>,
+    /// What this robot said last.
+    said: PosePair,
+    node: Node,
+}
+
+impl Ports {
+    fn open(address: &Address, seat: Seat, sizes: Sizes) -> Result<Ports, BusError> {
+        let node = Node::new(address, &format!("agent-{}-{}", seat.slot, seat.incarnation))?;
+        Ok(Ports {
+            gate: Gate::open(address)?,
+            world: WorldReader::open(&node, seat.slot)?,
+            robot: RobotWriter::create(&node, seat, sizes)?,
+            stats: StatsWriter::create(
+                address,
+                &spec_file(seat),
+                &[Metric::PoseAge, Metric::Wake, Metric::Plan, Metric::Step],
+            )?,
+            in_range: Vec::new(),
+            boards: Vec::new(),
+            heard: Vec::new(),
+            in_sight: Vec::new(),
+            pieces: Vec::new(),
+            said: PosePair::default(),
+            node,
+        })
+    }
+
+    /// Reads the poses of the robots in range, each from its own board. Opens at most `opens_max` boards.
+    fn listen(&mut self, opens_max: usize) {
+        if let Some(listed) = self.world.neighbors() {
+            self.in_range.clear();
+            self.in_range.extend_from_slice(listed);
+            if self.boards.len() > self.in_range.len() + SPARE_BOARDS {
+                let in_range = &self.in_range;
+                self.boards.retain(|(who, _)| in_range.contains(who));
+            }
+        }
+        self.heard.clear();
+        let mut opens_left = opens_max;
+        for who in &self.in_range {
+            let index = match self.boards.binary_search_by_key(&who.slot, |(open, _)| open.slot) {
+                Ok(index) if self.boards[index].0 == *who => index,
+                found => {
+                    if let Ok(stale) = found {
+                        self.boards.remove(stale); // an earlier life of the same robot
+                    }
+                    if opens_left == 0 {
+                        continue;
+                    }
+                    opens_left -= 1;
+                    let seat = Seat { slot: who.slot, incarnation: who.incarnation };
+                    // A robot that died between the list and this look has no board any more: not heard.
+                    let Ok(reader) = RobotReader::open(&self.node, seat) else { continue };
+                    let index = self.boards.partition_point(|(open, _)| open.slot < who.slot);
+                    self.boards.insert(index, (*who, reader));
+                    index
+                }
+            };
+            self.heard.push((*who, self.boards[index].1.pose()));
+        }
+    }
+
+    /// Reads where the pieces in sight are.
+    fn look(&mut self) {
+        if let Some(listed) = self.world.sensed() {
+            self.in_sight.clear();
+            self.in_sight.extend_from_slice(listed);
+        }
+        self.pieces.clear();
+        for index in &self.in_sight {
+            self.pieces.push(self.world.piece(*index));
+        }
+    }
+}
+
+/// A planner with a stopwatch.
+struct Timed {
+    inner: Box<dyn Planner>,
+    plan_ns: Arc<AtomicU64>,
+}
+
+impl Planner for Timed {
+    fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
+        let before_ns = clock::now_ns();
+        let plan = self.inner.plan(input);
+        self.plan_ns.store(clock::now_ns().saturating_sub(before_ns), Relaxed);
+        plan
+    }
+}

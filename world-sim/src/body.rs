@@ -1,0 +1,88 @@
+//! A robot as the physics sees it: plain numbers, refreshed from its presence when a tick opens.
+
+use crate::kinematics::Pose;
+use nalgebra::Point2;
+use planners::{Kind, Limits};
+use protocol::Seat;
+use scenarios::Robot;
+
+/// The body of one slot, and what it can sense.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Body {
+    pub(crate) seat: Seat,
+    pub(crate) kind: Kind,
+    pub(crate) limits: Limits,
+    pub(crate) radius_m: f64,
+    pub(crate) sensor_range_m: f64,
+    pub(crate) radio_range_m: f64,
+    pub(crate) radio_hysteresis_m: f64,
+    pub(crate) pose: Pose,
+    /// Where it was when the present tick opened, m.
+    pub(crate) from: Point2<f64>,
+    /// It is somewhere, whether its process runs or not.
+    pub(crate) in_world: bool,
+    /// It plans in this tick.
+    pub(crate) takes_part: bool,
+    /// Others hear it in this tick.
+    pub(crate) on_radio: bool,
+}
+
+impl Body {
+    /// At its start, not in the world yet.
+    pub(crate) fn new(slot: usize, robot: &Robot) -> Body {
+        Body {
+            seat: Seat { slot: slot as u32, incarnation: 0 },
+            kind: robot.kind,
+            limits: robot.limits,
+            radius_m: robot.radius_m,
+            sensor_range_m: robot.sensor_range_m,
+            radio_range_m: robot.radio_range_m,
+            radio_hysteresis_m: robot.radio_hysteresis_m,
+            pose: Pose::resting(robot.start, robot.start_yaw_rad),
+            from: robot.start,
+            in_world: false,
+            takes_part: false,
+            on_radio: false,
+        }
+    }
+
+    /// Its body is seen by sensors, because nobody hears it.
+    pub(crate) fn is_seen(&self) -> bool {
+        self.in_world && !self.on_radio
+    }
+
+    /// How far it drove in this tick, m.
+    pub(crate) fn driven_m(&self) -> f64 {
+        (self.pose.position - self.from).norm()
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod testing {
+    use super::*;
+
+    /// A disc that takes part, is on the radio, and senses as far as it likes.
+    pub(crate) fn disc_at(slot: usize, position: Point2<f64>, radius_m: f64) -> Body {
+        let limits = Limits {
+            speed_mps_max: 1.0,
+            reverse_mps_max: 0.0,
+            turn_radps_max: 1.0,
+            accel_mps2_max: f64::INFINITY,
+            turn_accel_radps2_max: f64::INFINITY,
+        };
+        Body {
+            seat: Seat { slot: slot as u32, incarnation: 0 },
+            kind: Kind::Point,
+            limits,
+            radius_m,
+            sensor_range_m: f64::INFINITY,
+            radio_range_m: f64::INFINITY,
+            radio_hysteresis_m: 0.0,
+            pose: Pose::resting(position, 0.0),
+            from: position,
+            in_world: true,
+            takes_part: true,
+            on_radio: true,
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Contacts and clearances, swept: between two ticks every centre moves straight and evenly (the chord of a unicycle's
+//! arc), so the closest approach within a tick is exact and nothing passes through unseen.
+//!
+//! A contact is one entry into overlap. A straight sweep cannot leave a convex body and come back within a tick, and
+//! a tick starts where the last one ended, so "overlap now, none when the tick opened" counts every entry once, without
+//! a memory of who overlaps whom.
+
+use crate::body::Body;
+use crate::grid::{Aabb, Grid};
+use crate::shapes::Shapes;
+use nalgebra::Vector2;
+
+/// Bodies count as overlapping when they overlap by more than this, m: robots that are placed or come to rest exactly
+/// at each other's surface must not be in contact by rounding.
+const OVERLAP_M_MIN: f64 = 1e-9;
+
+/// Who touched what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Contact {
+    /// Two robots, by slot.
+    Robots(usize, usize),
+    /// A robot and an obstacle, by slot and index.
+    Obstacle(usize, usize),
+}
+
+/// What has been counted so far.
+pub(crate) struct Contacts {
+    pub(crate) robots: u64,
+    pub(crate) obstacles: u64,
+    /// Smallest clearance between two robots so far, m.
+    pub(crate) clearance_m: f64,
+    /// Smallest clearance between a robot and an obstacle so far, m.
+    pub(crate) obstacle_clearance_m: f64,
+    /// By slot.
+    pub(crate) per_robot: Vec<u64>,
+    /// The contacts of the last call, sorted.
+    pub(crate) found: Vec<Contact>,
+}
+
+impl Contacts {
+    pub(crate) fn new() -> Contacts {
+        Contacts {
+            robots: 0,
+            obstacles: 0,
+            clearance_m: f64::INFINITY,
+            obstacle_clearance_m: f64::INFINITY,
+            per_robot: Vec::new(),
+            found: Vec::new(),
+        }
+    }
+
+    /// Bodies that are new to the world may stand in others.
+    pub(crate) fn enter(&mut self, entered: &[usize], bodies: &[Body], shapes: &Shapes) {
+        self.found.clear();
+        for &slot in entered {
+            let body = &bodies[slot];
+            let here = body.pose.position;
+            for (other_slot, other) in bodies.iter().enumerate().filter(|(other, body)| *other != slot && body.in_world)
+            {
+                let gap = (other.pose.position - here).norm() - body.radius_m - other.radius_m;
+                // Of two newcomers the later one finds the pair.
+                if gap < -OVERLAP_M_MIN && !(other_slot > slot && entered.contains(&other_slot)) {
+                    self.found.push(Contact::Robots(slot.min(other_slot), slot.max(other_slot)));
+                }
+            }
+            for (index, obstacle) in shapes.obstacles.iter().enumerate() {
+                let approach = shapes.approach(obstacle, [here, here], body.radius_m, 0.0);
+                if approach.is_some_and(|approach| approach.least < -OVERLAP_M_MIN) {
+                    self.found.push(Contact::Obstacle(slot, index));
+                }
+            }
+        }
+        self.count();
+    }
+
+    /// One tick. The grid holds the bodies where they were when it opened.
+    ///
+    /// The smallest clearance only falls, so only pairs that can come nearer than it (or into contact) matter. While
+    /// there has been no pair it is infinite, and so is the reach.
+    pub(crate) fn sweep(&mut self, bodies: &[Body], shapes: &Shapes, grid: &Grid) {
+        self.found.clear();
+        let in_world = || bodies.iter().filter(|body| body.in_world);
+        let radius_max = in_world().fold(0.0, |most: f64, body| most.max(body.radius_m));
+        let driven_max = in_world().fold(0.0, |most: f64, body| most.max(body.driven_m()));
+        for body in in_world() {
+            let reach = body.radius_m + radius_max + self.clearance_m.max(0.0) + body.driven_m() + driven_max;
+            grid.visit(Aabb::around([body.from]).grown(reach), |item| {
+                if item.slot > body.seat.slot {
+                    self.sweep_pair(body, &bodies[item.slot as usize]);
+                }
+            });
+        }
+        for (index, obstacle) in shapes.obstacles.iter().enumerate() {
+            let reach = radius_max + self.obstacle_clearance_m.max(0.0) + driven_max + obstacle.driven_m();
+            grid.visit(shapes.bounds(obstacle).grown(reach), |item| {
+                let body = &bodies[item.slot as usize];
+                let reach = self.obstacle_clearance_m.max(0.0);
+                let path = [body.from, body.pose.position];
+                let Some(approach) = shapes.approach(obstacle, path, body.radius_m, reach) else { return };
+                self.obstacle_clearance_m = self.obstacle_clearance_m.min(approach.least);
+                if approach.least < -OVERLAP_M_MIN && approach.at_first >= -OVERLAP_M_MIN {
+                    self.found.push(Contact::Obstacle(item.slot as usize, index));
+                }
+            });
+        }
+        self.count();
+    }
+
+    fn sweep_pair(&mut self, a: &Body, b: &Body) {
+        let radii = a.radius_m + b.radius_m;
+        let (before, after) = (b.from - a.from, b.pose.position - a.pose.position);
+        let near = radii + self.clearance_m.max(0.0) + (after - before).norm();
+        if before.norm_squared() > near * near {
+            return;
+        }
+        let least = swept(before, after) - radii;
+        self.clearance_m = self.clearance_m.min(least);
+        if least < -OVERLAP_M_MIN && before.norm() - radii >= -OVERLAP_M_MIN {
+            self.found.push(Contact::Robots(a.seat.slot as usize, b.seat.slot as usize));
+        }
+    }
+
+    fn count(&mut self) {
+        self.found.sort_unstable();
+        for contact in &self.found {
+            let (slot, other) = match *contact {
+                Contact::Robots(a, b) => (a, Some(b)),
+                Contact::Obstacle(slot, _) => (slot, None),
+            };
+            *(if other.is_some() { &mut self.robots } else { &mut self.obstacles }) += 1;
+            for slot in [Some(slot), other].into_iter().flatten() {
+                if self.per_robot.len() <= slot {
+                    self.per_robot.resize(slot + 1, 0);
+                }
+                self.per_robot[slot] += 1;
+            }
+        }
+    }
+}
+
+/// Smallest distance from the origin on the way from `before` to `after`. At the ends it is their exact norm, so that
+/// a tick ends with the very number that the next one starts with.
+fn swept(before: Vector2<f64>, after: Vector2<f64>) -> f64 {
+    let way = after - before;
+    let t = -before.dot(&way) / way.norm_squared();
+    if t > 0.0 && t < 1.0 {
+        (before + way * t).norm().min(before.norm()).min(after.norm())
+    } else {
+        before.norm().min(after.norm())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn no_instant_of_a_tick_is_nearer_than_the_sweep(
+            before in (-3.0..3.0f64, -3.0..3.0f64), after in (-3.0..3.0f64, -3.0..3.0f64)
+        ) {
+            let (before, after) = (Vector2::new(before.0, before.1), Vector2::new(after.0, after.1));
+            let least = swept(before, after);
+            let steps = 1000;
+            let at = |i: u32| before.lerp(&after, f64::from(i) / f64::from(steps)).norm();
+            let sampled = (0..=steps).map(at).fold(f64::INFINITY, f64::min);
+            prop_assert!(least <= sampled + 1e-12);
+            // Between two samples lies at most half a step.
+            prop_assert!(least >= sampled - (after - before).norm() / f64::from(steps));
+        }
+    }
+
+    #[test]
+    fn a_rest_is_swept_too() {
+        let v = Vector2::new(3.0, 4.0);
+        assert_eq!(swept(v, v), 5.0);
+        assert_eq!(swept(v, -v), 0.0);
+    }
+}

@@ -1,0 +1,68 @@
+//! The log of a run, and what the daemon is told while it goes on.
+
+use protocol::world_to_daemon::{Event, Notice};
+
+/// Entries that the log holds; what comes later is only counted.
+pub(crate) const EVENTS_MAX: usize = 10_000;
+
+/// The log and the notices that nobody has taken yet.
+#[derive(Default)]
+pub(crate) struct Journal {
+    pub(crate) events: Vec<Event>,
+    pub(crate) events_lost: u64,
+    notices: Vec<Notice>,
+}
+
+impl Journal {
+    /// Something for the daemon to act on.
+    pub(crate) fn tell(&mut self, notice: Notice) {
+        self.notices.push(notice);
+    }
+
+    /// An entry of the log that the daemon hears of at once.
+    pub(crate) fn note(&mut self, tick: u64, kind: &str, slot: impl Into<Option<u32>>, detail: String) {
+        let event = Event { tick, kind: kind.to_owned(), slot: slot.into(), detail };
+        self.tell(Notice::Log(event.clone()));
+        self.keep(event);
+    }
+
+    /// An entry of the log that can wait until the end. The detail is made only if there is room for it: a jam of
+    /// robots can make many contacts.
+    pub(crate) fn note_quietly(&mut self, tick: u64, kind: &str, slot: u32, detail: impl FnOnce() -> String) {
+        if self.events.len() < EVENTS_MAX {
+            self.keep(Event { tick, kind: kind.to_owned(), slot: Some(slot), detail: detail() });
+        } else {
+            self.events_lost += 1;
+        }
+    }
+
+    fn keep(&mut self, event: Event) {
+        if self.events.len() < EVENTS_MAX {
+            self.events.push(event);
+        } else {
+            self.events_lost += 1;
+        }
+    }
+
+    /// The notices since the last call, in order. Allocates nothing.
+    pub(crate) fn take_notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_log_is_bounded_and_counts_what_it_drops() {
+        let mut journal = Journal::default();
+        for tick in 0..EVENTS_MAX as u64 + 5 {
+            journal.note_quietly(tick, "contact", 0, String::new);
+        }
+        journal.note(0, "killed", 0, String::new());
+        assert_eq!((journal.events.len(), journal.events_lost), (EVENTS_MAX, 6));
+        assert_eq!(journal.take_notices().len(), 1, "a notice goes out even when the log is full");
+        assert!(journal.take_notices().is_empty());
+    }
+}

@@ -1,0 +1,164 @@
+//! How the bodies of robots move during a tick.
+
+use nalgebra::{Point2, Vector2};
+use planners::drive::wrap;
+use planners::{Drive, Kind, Limits};
+
+/// Where a body is and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pose {
+    /// m.
+    pub(crate) position: Point2<f64>,
+    /// rad, in (-π, π].
+    pub(crate) yaw_rad: f64,
+    /// In the world frame, m/s.
+    pub(crate) velocity: Vector2<f64>,
+    /// Forward speed of a unicycle, m/s, negative in reverse.
+    pub(crate) speed_mps: f64,
+    /// Turn rate of a unicycle, rad/s.
+    pub(crate) turn_radps: f64,
+}
+
+impl Pose {
+    /// Standing still.
+    pub(crate) fn resting(position: Point2<f64>, yaw_rad: f64) -> Pose {
+        Pose { position, yaw_rad: wrap(yaw_rad), velocity: Vector2::zeros(), speed_mps: 0.0, turn_radps: 0.0 }
+    }
+
+    /// Stops at once, whatever the limits: a robot that nobody steers stands.
+    pub(crate) fn halt(&mut self) {
+        *self = Pose { velocity: Vector2::zeros(), speed_mps: 0.0, turn_radps: 0.0, ..*self };
+    }
+
+    /// One tick of `dt_s` under a drive that [fits](fits) the body.
+    pub(crate) fn advance(&mut self, drive: Drive, limits: &Limits, dt_s: f64) {
+        match drive.within(limits) {
+            Drive::Velocity(wanted) => self.slide(wanted, limits, dt_s),
+            Drive::Twist { speed_mps, turn_radps } => {
+                self.speed_mps = towards(self.speed_mps, speed_mps, limits.accel_mps2_max * dt_s);
+                self.turn_radps = towards(self.turn_radps, turn_radps, limits.turn_accel_radps2_max * dt_s);
+                self.roll(dt_s);
+            }
+        }
+    }
+
+    /// A point: the velocity changes at the start of the tick and then stays.
+    fn slide(&mut self, wanted: Vector2<f64>, limits: &Limits, dt_s: f64) {
+        let change = wanted - self.velocity;
+        let change_max = limits.accel_mps2_max * dt_s;
+        let size = change.norm();
+        self.velocity = if size <= change_max { wanted } else { self.velocity + change * (change_max / size) };
+        self.position += self.velocity * dt_s;
+    }
+
+    /// A unicycle on the exact arc: its chord has the direction of the yaw half way, and the length of the arc times
+    /// sin h / h, where h is half the angle turned.
+    fn roll(&mut self, dt_s: f64) {
+        let half = 0.5 * self.turn_radps * dt_s;
+        let (sin, cos) = (self.yaw_rad + half).sin_cos();
+        let chord = self.speed_mps * dt_s * sinc(half);
+        self.position += Vector2::new(cos, sin) * chord;
+        self.yaw_rad = wrap(self.yaw_rad + 2.0 * half);
+        let (sin, cos) = self.yaw_rad.sin_cos();
+        self.velocity = Vector2::new(cos, sin) * self.speed_mps;
+    }
+}
+
+/// Whether a body of this kind can follow the drive: the right form, and finite.
+pub(crate) fn fits(kind: Kind, drive: &Drive) -> bool {
+    let form = matches!((kind, drive), (Kind::Point, Drive::Velocity(_)) | (Kind::Unicycle, Drive::Twist { .. }));
+    form && drive.is_finite()
+}
+
+/// sin h / h. The two terms of the series are exact to rounding where they are used.
+fn sinc(h: f64) -> f64 {
+    if h.abs() < 1e-4 { 1.0 - h * h / 6.0 } else { h.sin() / h }
+}
+
+fn towards(from: f64, to: f64, change_max: f64) -> f64 {
+    if (to - from).abs() <= change_max { to } else { from + change_max.copysign(to - from) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const LIMITS: Limits = Limits {
+        speed_mps_max: 1.5,
+        reverse_mps_max: 0.5,
+        turn_radps_max: 2.0,
+        accel_mps2_max: 3.0,
+        turn_accel_radps2_max: 8.0,
+    };
+    const NO_LAG: Limits = Limits { accel_mps2_max: f64::INFINITY, turn_accel_radps2_max: f64::INFINITY, ..LIMITS };
+
+    #[test]
+    fn a_point_follows_at_once_without_an_acceleration_limit() {
+        let mut pose = Pose::resting(Point2::new(1.0, 2.0), 0.5);
+        pose.advance(Drive::Velocity(Vector2::new(3.0, 0.0)), &NO_LAG, 0.1);
+        assert_eq!(pose.velocity, Vector2::new(1.5, 0.0));
+        assert_eq!(pose.position, Point2::new(1.0 + 1.5 * 0.1, 2.0));
+        assert_eq!(pose.yaw_rad, 0.5, "a point keeps its heading");
+    }
+
+    #[test]
+    fn an_infinitesimal_turn_is_the_limit_of_turning() {
+        for turn in [0.0, 1e-12, 1e-7, 1e-4, 1.9e-3, 2.1e-3] {
+            let mut pose = Pose::resting(Point2::origin(), 0.3);
+            pose.advance(Drive::Twist { speed_mps: 1.0, turn_radps: turn }, &NO_LAG, 0.1);
+            let half: f64 = 0.3 + 0.05 * turn;
+            let straight = Point2::new(half.cos(), half.sin()) * 0.1;
+            assert!((pose.position - straight).norm() < 1e-9, "{turn}: {:?}", pose.position);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_arc_is_what_many_small_steps_reach(
+            yaw in -3.0..3.0f64, speed in -0.5..1.5f64, turn in -2.0..2.0f64, dt in 0.001..0.5f64
+        ) {
+            let mut pose = Pose::resting(Point2::new(0.4, -0.7), yaw);
+            pose.advance(Drive::Twist { speed_mps: speed, turn_radps: turn }, &NO_LAG, dt);
+            let (steps, mut p, mut angle) = (20_000, Point2::new(0.4, -0.7), yaw);
+            let h = dt / f64::from(steps);
+            for _ in 0..steps {
+                // Mid-point rule: second order, so that few steps are enough.
+                let middle = angle + 0.5 * turn * h;
+                p += Vector2::new(middle.cos(), middle.sin()) * speed * h;
+                angle += turn * h;
+            }
+            prop_assert!((pose.position - p).norm() < 1e-9);
+            prop_assert!(wrap(pose.yaw_rad - angle).abs() < 1e-9);
+        }
+
+        #[test]
+        fn limits_hold_whatever_is_asked(
+            asks in prop::collection::vec((-9.0..9.0f64, -9.0..9.0f64), 1..40), unicycle: bool, dt in 0.005..0.2f64
+        ) {
+            let mut pose = Pose::resting(Point2::origin(), 0.0);
+            for (first, second) in asks {
+                let before = pose;
+                let drive = if unicycle {
+                    Drive::Twist { speed_mps: first, turn_radps: second }
+                } else {
+                    Drive::Velocity(Vector2::new(first, second))
+                };
+                pose.advance(drive, &LIMITS, dt);
+                let driven = (pose.position - before.position).norm();
+                prop_assert!(driven <= LIMITS.speed_mps_max * dt + 1e-12);
+                prop_assert!(pose.velocity.norm() <= LIMITS.speed_mps_max + 1e-12);
+                if unicycle {
+                    prop_assert!(pose.speed_mps >= -LIMITS.reverse_mps_max);
+                    prop_assert!(pose.turn_radps.abs() <= LIMITS.turn_radps_max);
+                    prop_assert!((pose.speed_mps - before.speed_mps).abs() <= LIMITS.accel_mps2_max * dt + 1e-12);
+                    let turned = (pose.turn_radps - before.turn_radps).abs();
+                    prop_assert!(turned <= LIMITS.turn_accel_radps2_max * dt + 1e-12);
+                } else {
+                    let change = (pose.velocity - before.velocity).norm();
+                    prop_assert!(change <= LIMITS.accel_mps2_max * dt + 1e-12);
+                }
+            }
+        }
+    }
+}

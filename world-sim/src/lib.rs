@@ -1,0 +1,32 @@
+//! The world: the only one that knows where everything really is.
+//!
+//! [`World`] is a pure state machine. A tick is opened ([`World::open`]: orders and the timeline take effect, due
+//! robots enter, everyone is told what it hears and sees), answered by the robots, and closed ([`World::close`]:
+//! bodies, obstacles and goals move, contacts are swept, the referee judges). It has no clock, no I/O and no
+//! threads, so the `single` runner and the world's process run the same code and reach the same trajectory hash.
+//!
+//! ```text
+//! world       the tick                    presence    who takes part, and since when
+//! kinematics  how robots move             motion      how obstacles and goals move
+//! shapes      obstacles where they are    grid        who is near whom
+//! ranges      who hears and sees what     contact     swept clearances
+//! referee     goals, arrival, path        smoothness  jerk
+//! shortest    the path one could take     journal     log and notices
+//! ```
+
+mod body;
+mod contact;
+mod grid;
+mod journal;
+mod kinematics;
+mod motion;
+mod presence;
+mod ranges;
+mod referee;
+mod shapes;
+pub mod shell;
+mod shortest;
+mod smoothness;
+mod world;
+
+pub use world::{Opening, World};

@@ -1,0 +1,166 @@
+//! Who hears whom, and who sees what.
+//!
+//! Both lists are made sender by sender and piece by piece, in the order of their indices: each is appended to the lists
+//! of those that it reaches, which come out sorted without sorting.
+
+use crate::body::Body;
+use crate::grid::{Aabb, Grid};
+use crate::shapes::{Placed, Shapes};
+use protocol::world_to_robot::NeighborRef;
+
+/// The lists of every slot.
+#[derive(Default)]
+pub(crate) struct Ranges {
+    heard: Lists<NeighborRef>,
+    sensed: Lists<u16>,
+    /// Per receiver, how far its list of the tick before has been looked through.
+    cursors: Vec<usize>,
+    /// By slot.
+    receivers: Vec<Receiver>,
+}
+
+/// How far a robot hears and sees, m, negative for one that does not take part: all that the inner loops need of it,
+/// close together in memory.
+#[derive(Clone, Copy)]
+struct Receiver {
+    radio: f64,
+    /// With the hysteresis.
+    radio_kept: f64,
+    sensor: f64,
+}
+
+impl Receiver {
+    fn new(body: &Body) -> Receiver {
+        if !body.takes_part {
+            return Receiver { radio: -1.0, radio_kept: -1.0, sensor: -f64::INFINITY };
+        }
+        let radio = body.radio_range_m;
+        Receiver { radio, radio_kept: radio + body.radio_hysteresis_m, sensor: body.sensor_range_m }
+    }
+}
+
+/// One list per slot, for this tick and the one before.
+struct Lists<T> {
+    now: Vec<Vec<T>>,
+    before: Vec<Vec<T>>,
+    /// Slots whose list is not what it was.
+    changed: Vec<usize>,
+}
+
+impl Ranges {
+    /// The robots that this one hears, sorted by slot.
+    pub(crate) fn heard(&self, slot: usize) -> &[NeighborRef] {
+        self.heard.now.get(slot).map_or(&[], |list| list)
+    }
+
+    /// The pieces that this one sees, sorted by index.
+    pub(crate) fn sensed(&self, slot: usize) -> &[u16] {
+        self.sensed.now.get(slot).map_or(&[], |list| list)
+    }
+
+    /// Slots whose list of heard robots changed in the last update, sorted.
+    pub(crate) fn heard_changed(&self) -> &[usize] {
+        &self.heard.changed
+    }
+
+    /// Slots whose list of seen pieces changed in the last update, sorted.
+    pub(crate) fn sensed_changed(&self) -> &[usize] {
+        &self.sensed.changed
+    }
+
+    /// Both lists of everyone that takes part, for the bodies in the grid; all others hear and see nothing.
+    pub(crate) fn update(&mut self, bodies: &[Body], shapes: &Shapes, grid: &Grid) {
+        self.heard.begin(bodies.len());
+        self.sensed.begin(bodies.len());
+        self.cursors.clear();
+        self.cursors.resize(bodies.len(), 0);
+        self.receivers.clear();
+        self.receivers.extend(bodies.iter().map(Receiver::new));
+        let radio_max = self.receivers.iter().fold(0.0, |most: f64, receiver| most.max(receiver.radio_kept));
+        let sensor_max = self.receivers.iter().fold(0.0, |most: f64, receiver| most.max(receiver.sensor));
+
+        for obstacle in &shapes.obstacles {
+            self.show_obstacle(obstacle, shapes, grid, sensor_max);
+        }
+        for sender in bodies {
+            if sender.on_radio {
+                self.send(sender, grid, radio_max);
+            } else if sender.in_world {
+                self.show_body(sender, shapes.len(), grid, sensor_max);
+            }
+        }
+        self.heard.finish();
+        self.sensed.finish();
+    }
+
+    /// Puts a sender on the lists of those in radio range.
+    fn send(&mut self, sender: &Body, grid: &Grid, radio_max: f64) {
+        let here = sender.pose.position;
+        let entry = NeighborRef { slot: sender.seat.slot, incarnation: sender.seat.incarnation };
+        grid.visit(Aabb::around([here]).grown(radio_max), |item| {
+            let slot = item.slot as usize;
+            let receiver = self.receivers[slot];
+            let distance = (item.position - here).norm();
+            if distance > receiver.radio_kept || item.slot == entry.slot {
+                return;
+            }
+            let heard = distance <= receiver.radio || {
+                // Senders come in the order of the list, so that one pass over it serves them all.
+                let (list, cursor) = (&self.heard.before[slot], &mut self.cursors[slot]);
+                *cursor += list[*cursor..].iter().take_while(|known| known.slot < entry.slot).count();
+                list.get(*cursor) == Some(&entry)
+            };
+            if heard {
+                self.heard.now[slot].push(entry);
+            }
+        });
+    }
+
+    /// Puts the pieces of an obstacle on the lists of those that see them.
+    fn show_obstacle(&mut self, obstacle: &Placed, shapes: &Shapes, grid: &Grid, sensor_max: f64) {
+        grid.visit(shapes.bounds(obstacle).grown(sensor_max), |item| {
+            let range = self.receivers[item.slot as usize].sensor;
+            let inside = range >= 0.0 && shapes.inside(obstacle, item.position);
+            for index in obstacle.pieces.clone() {
+                if inside || shapes.distance(obstacle, index, item.position) <= range {
+                    self.sensed.now[item.slot as usize].push(index as u16);
+                }
+            }
+        });
+    }
+
+    /// Puts the body of a robot that nobody hears on the lists of those that see it.
+    fn show_body(&mut self, body: &Body, shape_pieces: usize, grid: &Grid, sensor_max: f64) {
+        let here = body.pose.position;
+        let index = shape_pieces + body.seat.slot as usize;
+        grid.visit(Aabb::around([here]).grown(sensor_max + body.radius_m), |item| {
+            let distance = (item.position - here).norm() - body.radius_m;
+            if distance <= self.receivers[item.slot as usize].sensor && item.slot != body.seat.slot {
+                self.sensed.now[item.slot as usize].push(index as u16);
+            }
+        });
+    }
+}
+
+impl<T: PartialEq> Lists<T> {
+    /// What was the present is the past; the present is empty.
+    fn begin(&mut self, slots: usize) {
+        self.now.resize_with(slots, Vec::new);
+        self.before.resize_with(slots, Vec::new);
+        std::mem::swap(&mut self.now, &mut self.before);
+        self.now.iter_mut().for_each(Vec::clear);
+    }
+
+    fn finish(&mut self) {
+        self.changed.clear();
+        let pairs = self.now.iter().zip(&self.before).enumerate();
+        self.changed.extend(pairs.filter(|(_, (now, before))| now != before).map(|(slot, _)| slot));
+    }
+}
+
+// Derived, it would ask `T` for a default.
+impl<T> Default for Lists<T> {
+    fn default() -> Self {
+        Lists { now: Vec::new(), before: Vec::new(), changed: Vec::new() }
+    }
+}

@@ -1,0 +1,336 @@
+//! The process around the world: shared memory, time, and the end of it. No decision about robots is taken here;
+//! the shell only finds out who answered.
+
+use crate::World;
+use bus::{
+    Address, BusError, Counter, FramePublisher, Gate, Metric, Node, NoticeSender, OrderReceiver, Progress, RobotReader,
+    Sizes, StatsWriter, WorldWriter, clock,
+};
+use planners::Drive;
+use protocol::Seat;
+use protocol::codec::{self, CodecError};
+use protocol::daemon_to_world::{Absence, Order};
+use protocol::robot_to_world::Command;
+use protocol::world_to_observer::{FrameBody, FrameHeader};
+use protocol::world_to_robot::Odometry;
+use scenarios::{Mode, Scenario};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Longest sleep without a look at the orders and at the slots.
+const PATIENCE: Duration = Duration::from_millis(100);
+/// The first period of `realtime` begins this long after everybody is ready.
+const RUN_UP_NS: u64 = 5_000_000;
+
+/// Name of the file in the run's root that holds the scenario.
+pub const SCENARIO_FILE: &str = "scenario";
+/// Name of the file in the run's root that the world leaves when it ends.
+pub const OUTCOME_FILE: &str = "outcome";
+/// Name of the world's statistics.
+pub const STATS_NAME: &str = "world";
+
+/// Why the world's process ended badly.
+#[derive(Debug, thiserror::Error)]
+pub enum ShellError {
+    /// Shared memory failed it.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// A file of the run cannot be read or written.
+    #[error("run file `{0}`: {1}")]
+    File(PathBuf, #[source] std::io::Error),
+    /// A file of the run is damaged.
+    #[error("run file: {0}")]
+    Codec(#[from] CodecError),
+}
+
+/// Runs the world of the fleet at `root` until its scenario ends or the daemon stops it.
+///
+/// # Errors
+/// See [`ShellError`].
+pub fn main(root: &Path, parent: u32) -> Result<(), ShellError> {
+    if !bus::process::die_with_parent(parent) {
+        return Ok(());
+    }
+    let address = Address::at(root)?;
+    let path = address.file(SCENARIO_FILE);
+    #[expect(clippy::disallowed_methods, reason = "the shell reads its scenario once, before the loop")]
+    let bytes = std::fs::read(&path).map_err(|error| ShellError::File(path, error))?;
+    let scenario: Scenario = codec::decode(&bytes)?;
+
+    let mut shell = Shell::open(&address, &scenario)?;
+    match scenario.clock.mode {
+        Mode::Realtime => shell.realtime(),
+        Mode::Lockstep | Mode::Single => shell.lockstep(),
+    }
+    shell.leave(&address)
+}
+
+struct Shell {
+    world: World,
+    period_ns: u64,
+    gate: Gate,
+    board: WorldWriter,
+    orders: OrderReceiver,
+    notices: NoticeSender,
+    frames: FramePublisher,
+    stats: StatsWriter,
+    /// The boards of the robots, by slot.
+    robots: Vec<Option<(Seat, RobotReader)>>,
+    /// Commands of the tick that closes, by slot.
+    commands: Vec<Option<Drive>>,
+    bodies: Vec<FrameBody>,
+    /// Seats whose process does not answer: nobody waits for them. Each with its signs of life until then.
+    silent: Vec<(Seat, u64)>,
+    /// `realtime`: since when each slot has been without a command, ns; its entry counts as one.
+    commanded_ns: Vec<u64>,
+    straggler_limit: Duration,
+    command_timeout_ns: u64,
+    node: Node,
+}
+
+impl Shell {
+    fn open(address: &Address, scenario: &Scenario) -> Result<Shell, BusError> {
+        let node = Node::new(address, "world")?;
+        let sizes = Sizes { max_robots: scenario.fleet.max_robots as u32, shape_pieces: scenario.shape_pieces() };
+        let slots = scenario.fleet.max_robots;
+        let mut shell = Shell {
+            world: World::new(scenario),
+            period_ns: (1e9 / scenario.clock.tick_hz).round() as u64,
+            gate: Gate::open(address)?,
+            board: WorldWriter::open(&node, sizes)?,
+            orders: OrderReceiver::open(&node)?,
+            notices: NoticeSender::open(&node)?,
+            frames: FramePublisher::open(&node)?,
+            stats: StatsWriter::create(address, STATS_NAME, &[Metric::CommandAge, Metric::Reaction, Metric::Wake])?,
+            robots: (0..slots).map(|_| None).collect(),
+            commands: vec![None; slots],
+            bodies: Vec::new(),
+            silent: Vec::new(),
+            commanded_ns: vec![0; slots],
+            straggler_limit: Duration::from_secs_f64(scenario.fleet.straggler_limit_s),
+            command_timeout_ns: (scenario.fleet.command_timeout_s * 1e9) as u64,
+            node,
+        };
+        for index in 0..sizes.shape_pieces {
+            shell.board.piece(index, shell.world.piece(index as usize));
+        }
+        Ok(shell)
+    }
+
+    /// `lockstep`: open a tick, wait for everybody's answer, integrate.
+    fn lockstep(&mut self) {
+        loop {
+            self.send_notices();
+            self.await_due();
+            if self.over() {
+                return;
+            }
+            self.open_tick();
+            let (tick, opened_ns) = (self.world.tick(), clock::now_ns());
+            if self.gate.start_ns().is_none() {
+                self.gate.set_start(opened_ns);
+            }
+            self.gate.open_tick(tick, self.world.participants().len() as u32, opened_ns);
+            self.await_answers(tick, opened_ns);
+            let now_ns = clock::now_ns();
+            for index in 0..self.world.participants().len() {
+                let seat = self.world.participants()[index];
+                let command = if self.gate.answered(seat, tick) { self.command_of(seat) } else { None };
+                self.obey(seat, command.filter(|command| command.tick == tick), now_ns);
+            }
+            self.close_tick(now_ns);
+            self.take_orders();
+        }
+    }
+
+    /// `realtime`: at every period take the newest commands, integrate, publish. Nobody is waited for.
+    fn realtime(&mut self) {
+        clock::set_timer_slack_1ns();
+        self.send_notices();
+        self.await_due();
+        let mut due_ns = clock::now_ns() + RUN_UP_NS;
+        self.gate.set_start(due_ns);
+        clock::sleep_until_ns(due_ns);
+        while !self.over() {
+            self.open_tick();
+            due_ns += self.period_ns;
+            // A world that is late does the ticks it slept through one after the other: simulated time keeps to the clock.
+            clock::sleep_until_ns(due_ns);
+            let now_ns = clock::now_ns();
+            self.stats.record(Metric::Wake, now_ns.saturating_sub(due_ns));
+            self.stats.add(Counter::Periods, 1);
+            if now_ns > due_ns + self.period_ns {
+                self.stats.add(Counter::DeadlineMisses, 1);
+            }
+            for index in 0..self.world.participants().len() {
+                let seat = self.world.participants()[index];
+                let slot = seat.slot as usize;
+                let command = self.command_of(seat);
+                if let Some(command) = &command {
+                    self.commanded_ns[slot] = command.stamp_ns;
+                }
+                let silent_ns = now_ns.saturating_sub(self.commanded_ns[slot]);
+                if silent_ns > self.command_timeout_ns {
+                    self.give_up(seat, Absence::Overdue);
+                }
+                self.obey(seat, command.filter(|_| silent_ns <= self.command_timeout_ns), now_ns);
+            }
+            self.close_tick(now_ns);
+            self.take_orders();
+        }
+    }
+
+    fn over(&self) -> bool {
+        self.world.finished() || self.gate.stopped()
+    }
+
+    /// Lets the tick begin, and tells every robot what it hears and sees.
+    fn open_tick(&mut self) {
+        let (gate, silent) = (&self.gate, &self.silent);
+        self.world.open(&mut |seat| gate.is_ready(seat) && !silent.iter().any(|(who, _)| *who == seat));
+        let stamp_ns = clock::now_ns();
+        let (world, board) = (&self.world, &mut self.board);
+        let opening = world.opening();
+        for index in opening.pieces {
+            board.piece(*index as u32, world.piece(*index));
+        }
+        for slot in opening.neighbors {
+            board.neighbors(*slot as u32, world.neighbors(*slot));
+        }
+        for slot in opening.sensed {
+            board.sensed(*slot as u32, world.sensed(*slot));
+        }
+        for slot in opening.odometry {
+            board.odometry(*slot as u32, Odometry { stamp_ns, ..world.odometry(*slot) });
+        }
+        for seat in world.participants() {
+            let robot = &mut self.robots[seat.slot as usize];
+            if robot.as_ref().is_none_or(|(who, _)| who != seat) {
+                // No board means no command: the robot stands still, and the next tick tries again.
+                *robot = RobotReader::open(&self.node, *seat).ok().map(|reader| (*seat, reader));
+                self.commanded_ns[seat.slot as usize] = stamp_ns;
+            }
+        }
+        if self.frames.is_watched() {
+            self.bodies.clear();
+            world.frame(&mut self.bodies);
+            let header = FrameHeader { stamp_ns, ..world.frame_header() };
+            self.frames.publish(header, &self.bodies);
+        }
+        self.send_notices();
+    }
+
+    /// Lets the tick end.
+    fn close_tick(&mut self, now_ns: u64) {
+        let commands = &self.commands;
+        self.world.close(&mut |seat| commands[seat.slot as usize]);
+        self.gate.set_progress(Progress {
+            tick: self.world.tick(),
+            robots: self.world.robot_count() as u32,
+            arrived: self.world.arrived_count() as u32,
+            contacts: self.world.contacts(),
+            stamp_ns: now_ns,
+        });
+        self.welcome_back();
+    }
+
+    /// The newest command of a seat, if it ever gave one.
+    fn command_of(&self, seat: Seat) -> Option<Command> {
+        let (who, reader) = self.robots[seat.slot as usize].as_ref()?;
+        let command = reader.command();
+        (*who == seat && command.incarnation == seat.incarnation && command.stamp_ns > 0).then_some(command)
+    }
+
+    fn obey(&mut self, seat: Seat, command: Option<Command>, now_ns: u64) {
+        if let Some(command) = &command {
+            self.stats.record(Metric::CommandAge, now_ns.saturating_sub(command.stamp_ns));
+            self.stats.record(Metric::Reaction, now_ns.saturating_sub(command.odometry_stamp_ns));
+        }
+        self.commands[seat.slot as usize] = command.and_then(|command| command.drive());
+    }
+
+    /// Waits until every robot that is to enter now is ready, or has been given up.
+    fn await_due(&mut self) {
+        loop {
+            let (gate, silent) = (&self.gate, &self.silent);
+            let waiting = (self.world.due().iter())
+                .any(|seat| !gate.is_ready(*seat) && !silent.iter().any(|(who, _)| who == seat));
+            if !waiting || self.over() {
+                return;
+            }
+            self.gate.wait_call(PATIENCE);
+            self.take_orders();
+        }
+    }
+
+    /// Waits until every participant has answered the tick, or has been given up.
+    fn await_answers(&mut self, tick: u64, opened_ns: u64) {
+        loop {
+            self.gate.wait_answers(tick, PATIENCE);
+            let overdue = clock::now_ns().saturating_sub(opened_ns) > self.straggler_limit.as_nanos() as u64;
+            let mut waiting = false;
+            for index in 0..self.world.participants().len() {
+                let seat = self.world.participants()[index];
+                if !self.gate.answered(seat, tick) && !self.is_silent(seat) {
+                    waiting = true;
+                    if overdue {
+                        self.give_up(seat, Absence::Overdue);
+                    }
+                }
+            }
+            if !waiting || self.gate.stopped() {
+                return;
+            }
+            self.take_orders();
+        }
+    }
+
+    fn is_silent(&self, seat: Seat) -> bool {
+        self.silent.iter().any(|(who, _)| *who == seat)
+    }
+
+    /// Nobody waits for this seat any more; what it means is the world's business.
+    fn give_up(&mut self, seat: Seat, cause: Absence) {
+        if !self.is_silent(seat) {
+            self.silent.push((seat, self.gate.signs(seat)));
+            self.world.order(Order::Absent { seat, cause });
+        }
+    }
+
+    /// Robots that gave a sign of life since they were given up come back.
+    fn welcome_back(&mut self) {
+        let (gate, world) = (&self.gate, &mut self.world);
+        self.silent.retain(|(seat, signs)| {
+            let alive = gate.signs(*seat) != *signs;
+            if alive {
+                world.back(*seat);
+            }
+            !alive
+        });
+    }
+
+    fn take_orders(&mut self) {
+        while let Some(order) = self.orders.take() {
+            match order {
+                Order::Absent { seat, cause } => self.give_up(seat, cause),
+                order => self.world.order(order),
+            }
+        }
+    }
+
+    fn send_notices(&mut self) {
+        for notice in self.world.take_notices() {
+            self.notices.send(&notice);
+        }
+    }
+
+    /// Leaves the outcome behind.
+    fn leave(&mut self, address: &Address) -> Result<(), ShellError> {
+        self.send_notices();
+        let bytes = codec::encode(&self.world.outcome())?;
+        let (path, half) = (address.file(OUTCOME_FILE), address.file("outcome.half"));
+        #[expect(clippy::disallowed_methods, reason = "the shell leaves the outcome once, after the loop")]
+        let written = std::fs::write(&half, bytes).and_then(|()| std::fs::rename(&half, &path));
+        written.map_err(|error| ShellError::File(path, error))
+    }
+}

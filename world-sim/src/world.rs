@@ -1,0 +1,414 @@
+//! The tick: what happens in which order. Everything here goes through the slots in their order, so that a run is a
+//! function of its scenario, its orders and its commands.
+
+mod outcome;
+mod views;
+
+use crate::body::Body;
+use crate::contact::{Contact, Contacts};
+use crate::grid::Grid;
+use crate::journal::Journal;
+use crate::kinematics::fits;
+use crate::presence::{Presence, State};
+use crate::ranges::Ranges;
+use crate::referee::{Referee, Source};
+use crate::shapes::Shapes;
+use nalgebra::Point2;
+use planners::Drive;
+use protocol::Seat;
+use protocol::daemon_to_world::{Absence, Order};
+use protocol::world_to_robot::Piece;
+use scenarios::{Bounds, Clock, Event, MAX_ROBOTS, Robot, Scenario, StragglerPolicy, What};
+
+/// The world of one run. See the crate's documentation for its cycle.
+pub struct World {
+    clock: Clock,
+    bounds: Bounds,
+    straggler: StragglerPolicy,
+    slots_max: usize,
+    /// A process is asked for this long before its robot enters, ticks.
+    ahead_ticks: u64,
+
+    tick: u64,
+    is_open: bool,
+    stopped: bool,
+    orders: Vec<Order>,
+    events: Vec<Event>,
+    /// The first event of the timeline that has not happened yet.
+    next_event: usize,
+
+    // By slot.
+    robots: Vec<Option<Robot>>,
+    presences: Vec<Presence>,
+    referees: Vec<Option<Referee>>,
+    bodies: Vec<Body>,
+    /// Odometry flags as last shown.
+    shown: Vec<u32>,
+    /// Robots whose bad command has been logged.
+    scolded: Vec<bool>,
+
+    shapes: Shapes,
+    grid: Grid,
+    ranges: Ranges,
+    contacts: Contacts,
+    journal: Journal,
+    hash: u64,
+
+    // Buffers of the open tick.
+    participants: Vec<Seat>,
+    due: Vec<Seat>,
+    entered: Vec<usize>,
+    odometry_changed: Vec<usize>,
+    pieces: Vec<Piece>,
+    pieces_changed: Vec<usize>,
+}
+
+/// What has to be written because the tick opened: slots and indices, sorted. The views of [`World`] say what.
+#[derive(Clone, Copy, Debug)]
+pub struct Opening<'a> {
+    /// Slots whose odometry is new: all participants, and robots that no longer take part since this tick.
+    pub odometry: &'a [usize],
+    /// Slots whose list of neighbours is not what it was.
+    pub neighbors: &'a [usize],
+    /// Slots whose list of pieces in sight is not what it was.
+    pub sensed: &'a [usize],
+    /// Pieces that appeared or moved.
+    pub pieces: &'a [usize],
+}
+
+impl World {
+    /// The world before its first tick. The processes that it needs at once are in the notices.
+    pub fn new(scenario: &Scenario) -> World {
+        let clock = scenario.clock;
+        let mut world = World {
+            clock,
+            bounds: scenario.bounds,
+            straggler: scenario.fleet.straggler,
+            slots_max: scenario.fleet.max_robots.min(MAX_ROBOTS),
+            ahead_ticks: (0.5 * clock.tick_hz).ceil().max(1.0) as u64,
+            tick: 0,
+            is_open: false,
+            stopped: false,
+            orders: Vec::new(),
+            events: scenario.events.clone(),
+            next_event: 0,
+            robots: Vec::new(),
+            presences: Vec::new(),
+            referees: Vec::new(),
+            bodies: Vec::new(),
+            shown: Vec::new(),
+            scolded: Vec::new(),
+            shapes: Shapes::new(&scenario.obstacles, clock.seed),
+            grid: Grid::default(),
+            ranges: Ranges::default(),
+            contacts: Contacts::new(),
+            journal: Journal::default(),
+            hash: 0,
+            participants: Vec::new(),
+            due: Vec::new(),
+            entered: Vec::new(),
+            odometry_changed: Vec::new(),
+            pieces: Vec::new(),
+            pieces_changed: Vec::new(),
+        };
+        for (slot, robot) in scenario.robots.iter().enumerate() {
+            let joins = |event: &&Event| matches!(event.what, What::Join { robot } if robot == slot);
+            world.seat(slot, robot, scenario.events.iter().find(joins).map_or(0, |event| event.tick));
+        }
+        world.announce();
+        world
+    }
+
+    /// Gives a slot its robot, to enter at `at`.
+    fn seat(&mut self, slot: usize, robot: &Robot, at: u64) {
+        for vacant in self.robots.len()..=slot {
+            self.robots.push(None);
+            self.referees.push(None);
+            self.presences.push(Presence::vacant(vacant));
+            self.bodies.push(Body::new(vacant, robot));
+            self.shown.push(0);
+            self.scolded.push(false);
+        }
+        let mut referee = Referee::new(slot, robot, self.clock.seed, self.clock.dt_s());
+        referee.move_goal(self.time_s());
+        self.bodies[slot] = Body::new(slot, robot);
+        self.presences[slot] = Presence::awaited(slot, at, robot.restart);
+        self.referees[slot] = Some(referee);
+        self.robots[slot] = Some(robot.clone());
+    }
+
+    /// A fact or a wish from outside. It takes effect when the next tick opens, but for [`Order::Stop`], which
+    /// [`finished`](World::finished) knows of at once.
+    pub fn order(&mut self, order: Order) {
+        if order == Order::Stop {
+            self.stopped = true;
+        } else {
+            self.orders.push(order);
+        }
+    }
+
+    /// A robot that was held answers again: it takes part from the next opening on.
+    pub fn back(&mut self, seat: Seat) {
+        if let Some(presence) = self.presences.get_mut(seat.slot as usize) {
+            presence.back(seat);
+        }
+    }
+
+    /// The seats that must be ready before this tick may open, by slot: initial robots, and joins, restarts and resumes
+    /// due now or earlier. A seat that has been reported absent is not among them any more.
+    pub fn due(&mut self) -> &[Seat] {
+        let mut due = std::mem::take(&mut self.due);
+        due.clear();
+        let tick = self.tick;
+        let seats = self.presences.iter().filter(|presence| presence.due(tick)).map(Presence::seat);
+        due.extend(seats.filter(|seat| !self.orders.iter().any(|order| excuses(order, *seat))));
+        self.due = due;
+        &self.due
+    }
+
+    /// Opens the tick: orders take effect, then the timeline, then seats that are due and `ready` enter; the others
+    /// stay due. Afterwards the views hold until [`close`](World::close).
+    pub fn open(&mut self, ready: &mut dyn FnMut(Seat) -> bool) -> Opening<'_> {
+        assert!(!self.is_open, "a tick is opened once");
+        self.is_open = true;
+        self.apply_orders();
+        self.apply_timeline();
+        self.enter(ready);
+        self.announce();
+        self.refresh();
+        self.opening()
+    }
+
+    /// What the open tick changed, once more: the borrow of [`open`](World::open) excludes the views.
+    pub fn opening(&self) -> Opening<'_> {
+        Opening {
+            odometry: &self.odometry_changed,
+            neighbors: self.ranges.heard_changed(),
+            sensed: self.ranges.sensed_changed(),
+            pieces: &self.pieces_changed,
+        }
+    }
+
+    fn apply_orders(&mut self) {
+        let mut orders = std::mem::take(&mut self.orders);
+        for order in orders.drain(..) {
+            match order {
+                Order::Admit { slot, robot } => self.admit(slot as usize, &robot),
+                Order::Remove { slot } => self.leave(slot as usize),
+                Order::Task { task, slot, goal_m, now } => {
+                    self.task(slot as usize, Point2::from(goal_m), now, Source::Operator(task));
+                }
+                Order::Absent { seat, cause } => {
+                    if let Some(presence) = self.presences.get_mut(seat.slot as usize) {
+                        presence.absent(seat, cause, self.straggler, self.tick, &mut self.journal);
+                    }
+                }
+                Order::Stop => {} // Has taken effect when it was given.
+            }
+        }
+        self.orders = orders;
+    }
+
+    fn apply_timeline(&mut self) {
+        while let Some(event) = self.events.get(self.next_event).filter(|event| event.tick <= self.tick) {
+            let what = event.what.clone();
+            self.next_event += 1;
+            match what {
+                What::Join { .. } => {} // The slot has been waiting for this tick since the start.
+                What::Leave { robot } => self.leave(robot),
+                What::Task { robot, goal, now } => self.task(robot, goal, now, Source::Timeline),
+                What::Kill { robot } => self.presences[robot].kill(self.tick, &mut self.journal),
+                What::Pause { robot, ticks } => self.presences[robot].pause(self.tick, ticks, &mut self.journal),
+                What::Radio { robot, radio } => {
+                    // Delay, loss and noise act where a pose is received; the world only knows when.
+                    let (slot, detail) = (robot.map(|robot| robot as u32), format!("{radio:?}"));
+                    self.journal.note(self.tick, "radio", slot, detail);
+                }
+            }
+        }
+    }
+
+    fn admit(&mut self, slot: usize, robot: &Robot) {
+        let vacant = self.presences.get(slot).is_none_or(|presence| presence.state == State::Vacant);
+        if slot < self.slots_max && vacant {
+            self.seat(slot, robot, self.tick + 1);
+        } else {
+            self.journal.note(self.tick, "ignored", slot as u32, "admit: the slot is not free".to_owned());
+        }
+    }
+
+    fn leave(&mut self, slot: usize) {
+        if let Some(presence) = self.presences.get_mut(slot) {
+            presence.leave(self.tick, &mut self.journal);
+        }
+    }
+
+    fn task(&mut self, slot: usize, goal: Point2<f64>, now: bool, source: Source) {
+        let (kind, detail) = match self.try_task(slot, goal, now, source) {
+            Ok(()) => ("task", format!("({}, {}), {}", goal.x, goal.y, if now { "now" } else { "queued" })),
+            Err(problem) => ("ignored", problem.to_owned()),
+        };
+        self.journal.note(self.tick, kind, slot as u32, format!("{source}: {detail}"));
+    }
+
+    fn try_task(&mut self, slot: usize, goal: Point2<f64>, now: bool, source: Source) -> Result<(), &'static str> {
+        let Some(referee) = self.referees.get_mut(slot).and_then(Option::as_mut) else {
+            return Err("there is no such robot");
+        };
+        if self.presences[slot].gone().is_some() {
+            return Err("the robot is gone");
+        }
+        if !(goal.x.is_finite() && goal.y.is_finite()) {
+            return Err("the goal is nowhere");
+        }
+        if referee.task(goal, now, source) { Ok(()) } else { Err("too many goals are waiting") }
+    }
+
+    fn enter(&mut self, ready: &mut dyn FnMut(Seat) -> bool) {
+        let tick = self.tick;
+        self.entered.clear();
+        for (slot, presence) in self.presences.iter_mut().enumerate() {
+            let answers = presence.state == State::Held { answers: true };
+            if answers || presence.due(tick) && ready(presence.seat()) {
+                if presence.enter(tick, &mut self.journal) {
+                    self.entered.push(slot);
+                }
+                if let Some(referee) = &mut self.referees[slot] {
+                    referee.judge(self.bodies[slot].pose.position, tick, &mut self.journal);
+                }
+            }
+        }
+    }
+
+    fn announce(&mut self) {
+        for presence in &mut self.presences {
+            presence.announce(self.tick, self.ahead_ticks, &mut self.journal);
+        }
+    }
+
+    /// Brings everything that is seen of the world up to date with who takes part.
+    fn refresh(&mut self) {
+        self.participants.clear();
+        self.odometry_changed.clear();
+        self.shapes.open();
+        for slot in 0..self.bodies.len() {
+            let (presence, body) = (&self.presences[slot], &mut self.bodies[slot]);
+            body.seat = presence.seat();
+            body.in_world = presence.in_world();
+            body.takes_part = presence.takes_part();
+            body.on_radio = presence.on_radio(self.tick);
+            body.from = body.pose.position;
+            if body.takes_part {
+                self.participants.push(body.seat);
+            } else {
+                body.pose.halt();
+            }
+            let flags = self.flags(slot);
+            if self.bodies[slot].takes_part || flags != self.shown[slot] {
+                self.odometry_changed.push(slot);
+                self.shown[slot] = flags;
+            }
+        }
+        self.contacts.enter(&self.entered, &self.bodies, &self.shapes);
+        self.log_contacts();
+        self.grid.rebuild(&self.bodies);
+        self.ranges.update(&self.bodies, &self.shapes, &self.grid);
+        self.refresh_pieces();
+    }
+
+    fn refresh_pieces(&mut self) {
+        let shape_pieces = self.shapes.len();
+        let first = self.pieces.is_empty();
+        self.pieces.resize(shape_pieces + self.bodies.len(), Piece::default());
+        self.pieces_changed.clear();
+        for index in 0..self.pieces.len() {
+            let in_sight = match index.checked_sub(shape_pieces) {
+                Some(slot) => self.bodies[slot].is_seen(),
+                None => first || self.shapes.obstacles[self.shapes.owner(index)].moves(),
+            };
+            if in_sight {
+                let piece = self.piece(index);
+                // A body may come to be seen again where it was seen last, but then nobody needs to be told.
+                if first || piece != self.pieces[index] {
+                    self.pieces[index] = piece;
+                    self.pieces_changed.push(index);
+                }
+            }
+        }
+    }
+
+    /// Closes the tick: everyone drives as `commands` says for `participants`, and stands still without a command;
+    /// obstacles and goals move, contacts are counted and goals judged. Afterwards [`tick`](World::tick) is one more.
+    pub fn close(&mut self, commands: &mut dyn FnMut(Seat) -> Option<Drive>) {
+        assert!(self.is_open, "only an open tick can be closed");
+        let dt_s = self.clock.dt_s();
+        for seat in &self.participants {
+            let slot = seat.slot as usize;
+            let body = &mut self.bodies[slot];
+            match commands(*seat) {
+                Some(drive) if fits(body.kind, &drive) => body.pose.advance(drive, &body.limits, dt_s),
+                Some(drive) => {
+                    body.pose.halt();
+                    if !std::mem::replace(&mut self.scolded[slot], true) {
+                        let detail = format!("{drive:?} for a {:?}", body.kind);
+                        self.journal.note(self.tick, "bad-command", seat.slot, detail);
+                    }
+                }
+                None => body.pose.halt(),
+            }
+        }
+        self.tick += 1;
+        let time_s = self.time_s();
+        self.shapes.advance(time_s);
+        self.contacts.sweep(&self.bodies, &self.shapes, &self.grid);
+        self.log_contacts();
+        self.judge(time_s);
+        self.announce();
+        self.is_open = false;
+    }
+
+    fn judge(&mut self, time_s: f64) {
+        for (body, referee) in self.bodies.iter().zip(&mut self.referees) {
+            let Some(referee) = referee else { continue };
+            referee.move_goal(time_s);
+            if body.takes_part {
+                referee.drove(body.driven_m(), body.pose.velocity);
+                referee.judge(body.pose.position, self.tick, &mut self.journal);
+            }
+            if body.in_world {
+                referee.pass(self.tick);
+                let Point2 { coords } = body.pose.position;
+                let seat = u64::from(body.seat.slot) << 32 | u64::from(body.seat.incarnation);
+                let state = [coords.x.to_bits(), coords.y.to_bits(), body.pose.yaw_rad.to_bits()];
+                self.hash = [self.tick, seat, referee.goals_done.into()].into_iter().chain(state).fold(self.hash, mix);
+            }
+        }
+    }
+
+    fn log_contacts(&mut self) {
+        let name = |slot: usize| self.robots[slot].as_ref().map_or("", |robot| robot.id.as_str());
+        for contact in &self.contacts.found {
+            let (Contact::Robots(slot, _) | Contact::Obstacle(slot, _)) = *contact;
+            self.journal.note_quietly(self.tick, "contact", slot as u32, || match *contact {
+                Contact::Robots(_, other) => format!("with {}", name(other)),
+                Contact::Obstacle(_, index) => format!("with obstacle {index}"),
+            });
+        }
+    }
+}
+
+/// Whether an order that has not taken effect yet means that nobody needs to wait for a seat.
+fn excuses(order: &Order, seat: Seat) -> bool {
+    match order {
+        // A process that is stopped may go on; it is waited for until it is overdue.
+        Order::Absent { seat: absent, cause } => *absent == seat && *cause != Absence::Stopped,
+        Order::Remove { slot } => *slot == seat.slot,
+        Order::Admit { .. } | Order::Task { .. } | Order::Stop => false,
+    }
+}
+
+/// Stirs a word into a hash so that every bit of it reaches every other: xor, odd multiply, fold the top down.
+fn mix(hash: u64, word: u64) -> u64 {
+    let stirred = (hash.rotate_left(29) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    stirred ^ stirred >> 32
+}

@@ -1,0 +1,73 @@
+//! What a run came to, by ground truth.
+
+use super::World;
+use crate::presence::{Presence, State};
+use crate::referee::Referee;
+use crate::shortest::Map;
+use protocol::world_to_daemon::{Outcome, RobotOutcome};
+use scenarios::Robot;
+
+/// A robot that has not arrived and moved slower than this share of its greatest speed over the last ten seconds is
+/// deadlocked.
+const DEADLOCK_SHARE: f64 = 0.05;
+
+impl World {
+    /// The outcome so far; for the end of a run, since shortest paths are searched for here.
+    ///
+    /// Besides the robots that were in the world it lists those that should have been and never entered, as gone:
+    /// a robot whose process could not start must not look like a robot that was never asked for.
+    pub fn outcome(&self) -> Outcome {
+        let mut map = Map::new(self.bounds, &self.shapes);
+        let robots =
+            self.robots.iter().zip(&self.presences).zip(&self.referees).filter_map(|((robot, presence), referee)| {
+                Some(self.robot_outcome(robot.as_ref()?, presence, referee.as_ref()?, &mut map))
+                    .filter(|_| presence.joined.is_some() || presence.gone().is_some() || presence.due(self.tick))
+            });
+        Outcome {
+            ticks: self.tick,
+            trajectory_hash: self.trajectory_hash(),
+            robots: robots.collect(),
+            robot_contacts: self.contacts.robots,
+            obstacle_contacts: self.contacts.obstacles,
+            min_clearance_m: Some(self.contacts.clearance_m).filter(|clearance| clearance.is_finite()),
+            min_obstacle_clearance_m: Some(self.contacts.obstacle_clearance_m)
+                .filter(|clearance| clearance.is_finite()),
+            events: self.journal.events.clone(),
+            events_lost: self.journal.events_lost,
+        }
+    }
+
+    fn robot_outcome(&self, robot: &Robot, presence: &Presence, referee: &Referee, map: &mut Map) -> RobotOutcome {
+        let seat = presence.seat();
+        let slot = seat.slot as usize;
+        let joined_tick = presence.joined.or(presence.entry()).unwrap_or(self.tick);
+        let arrival = referee.arrival;
+        let path_length_m = arrival.map_or(referee.path_m, |arrival| arrival.path_m);
+        let comparable = arrival.is_some() && !referee.tasked && robot.goal_motion.is_none();
+        let path_ratio = comparable
+            .then(|| map.shortest(robot.start, &robot.goals, robot.radius_m))
+            .flatten()
+            .filter(|shortest_m| *shortest_m > 0.0)
+            .map(|shortest_m| path_length_m / shortest_m);
+        let slow = |speed_mps| speed_mps < DEADLOCK_SHARE * robot.limits.speed_mps_max;
+        let never_entered = presence.joined.is_none().then_some("never entered");
+        RobotOutcome {
+            slot: seat.slot,
+            incarnation: seat.incarnation,
+            arrived: arrival.is_some(),
+            time_s: arrival.map(|arrival| (arrival.tick - joined_tick) as f64 * self.clock.dt_s()),
+            arrived_tick: arrival.map(|arrival| arrival.tick),
+            joined_tick,
+            path_length_m,
+            path_ratio,
+            contacts: self.contacts.per_robot.get(slot).copied().unwrap_or(0),
+            tasks_done: referee.tasks_done,
+            goals_done: referee.goals_done,
+            deadlocked: arrival.is_none()
+                && matches!(presence.state, State::Present { .. })
+                && referee.recent_speed_mps(self.tick).is_some_and(slow),
+            ldj: referee.ldj(),
+            gone: presence.gone().or(never_entered).map(str::to_owned),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! A tick in which nothing special happens asks for no memory.
+
+use nalgebra::{Point2, Vector2};
+use planners::{Capsule, Drive, Kind, Limits};
+use scenarios::*;
+use shoal_world_sim::World;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+/// The system's allocator, counting the calls of this thread.
+struct Counting;
+
+thread_local! {
+    static CALLS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call goes to the system's allocator as it is; counting in a constant-initialised thread local without
+// a destructor neither allocates nor unwinds.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        CALLS.with(|calls| calls.set(calls.get() + 1));
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Robots on circles beside each other that drift in and out of range, past an obstacle that moves.
+fn rings(count: usize) -> Scenario {
+    let limits = Limits {
+        speed_mps_max: 2.0,
+        reverse_mps_max: 0.0,
+        turn_radps_max: 2.0,
+        accel_mps2_max: f64::INFINITY,
+        turn_accel_radps2_max: f64::INFINITY,
+    };
+    let robot = |slot: usize| Robot {
+        id: format!("r{slot}"),
+        kind: Kind::Point,
+        limits,
+        radius_m: 0.1,
+        start: Point2::new(3.0 * slot as f64, 0.0),
+        start_yaw_rad: 0.0,
+        goals: vec![Point2::new(0.0, 99.0)],
+        goal_motion: None,
+        goal_tolerance_m: 0.1,
+        planner: "straight".to_owned(),
+        params: Default::default(),
+        sensor_range_m: 3.0,
+        radio_range_m: 3.5,
+        radio_hysteresis_m: 0.1,
+        knows_map: false,
+        restart: Restart { limit: 0, delay_ticks: 0 },
+        agent: None,
+    };
+    let motion = Motion::Orbit { center: [9.0, 8.0].into(), radius_m: 4.0, omega_radps: 1.0, phase_rad: 0.0 };
+    let disc = Shape::Capsule(Capsule::disc(Point2::new(9.0, 8.0), 0.5));
+    Scenario {
+        name: "rings".to_owned(),
+        description: String::new(),
+        bounds: Bounds { x_m: [-5.0, 50.0], y_m: [-5.0, 20.0] },
+        clock: Clock { mode: Mode::Single, tick_hz: 50.0, seed: 1, ticks_max: 10_000, stop: Stop::Duration },
+        fleet: Fleet {
+            max_robots: count,
+            straggler: StragglerPolicy::Hold,
+            straggler_limit_s: 1.0,
+            command_timeout_s: 1.0,
+            start_limit_s: 1.0,
+        },
+        radio: Radio::PERFECT,
+        obstacles: vec![Obstacle { shape: disc, motion: Some(motion) }],
+        template: robot(0),
+        robots: (0..count).map(robot).collect(),
+        events: Vec::new(),
+        expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
+    }
+}
+
+#[test]
+fn steady_ticks_do_not_allocate() {
+    let mut world = World::new(&rings(12));
+    let mut changes = 0;
+    let mut tick = |world: &mut World| {
+        world.due();
+        let opening = world.open(&mut |_| true);
+        changes += opening.neighbors.len() + opening.sensed.len();
+        let angle = world.tick() as f64 / 50.0;
+        world.close(&mut |seat| {
+            let angle = angle + f64::from(seat.slot);
+            Some(Drive::Velocity(Vector2::new(angle.cos(), angle.sin())))
+        });
+        assert!(!world.finished());
+        world.take_notices().len()
+    };
+    // Two rounds to see every list at its longest, then one that must do with what there is.
+    (0..630).for_each(|_| _ = tick(&mut world));
+    let before = CALLS.get();
+    let notices: usize = (0..315).map(|_| tick(&mut world)).sum();
+    assert_eq!((CALLS.get() - before, notices), (0, 0));
+    assert!(changes > 100, "the lists did change: {changes}");
+}

@@ -1,0 +1,190 @@
+//! Scenarios in a line, and a fleet whose agents head straight for their goals.
+
+use nalgebra::{Point2, Vector2};
+use planners::drive::steer;
+use planners::{Drive, Kind, Limits};
+use protocol::Seat;
+use protocol::world_to_daemon::Notice;
+use scenarios::*;
+use shoal_world_sim::World;
+
+/// Ten ticks per second: looking ahead is five ticks.
+pub(crate) const HZ: f64 = 10.0;
+
+pub(crate) fn robot(slot: usize, start: [f64; 2], goal: [f64; 2]) -> Robot {
+    Robot {
+        id: format!("r{slot}"),
+        kind: Kind::Point,
+        limits: Limits {
+            speed_mps_max: 1.0,
+            reverse_mps_max: 0.0,
+            turn_radps_max: 2.0,
+            accel_mps2_max: f64::INFINITY,
+            turn_accel_radps2_max: f64::INFINITY,
+        },
+        radius_m: 0.25,
+        start: start.into(),
+        start_yaw_rad: 0.0,
+        goals: vec![goal.into()],
+        goal_motion: None,
+        goal_tolerance_m: 0.05,
+        planner: "straight".to_owned(),
+        params: Default::default(),
+        sensor_range_m: 3.0,
+        radio_range_m: 5.0,
+        radio_hysteresis_m: 0.5,
+        knows_map: false,
+        restart: Restart { limit: 0, delay_ticks: 0 },
+        agent: None,
+    }
+}
+
+pub(crate) fn scenario(robots: Vec<Robot>) -> Scenario {
+    let bounds = Bounds { x_m: [-10.0, 10.0], y_m: [-10.0, 10.0] };
+    Scenario {
+        name: "test".to_owned(),
+        description: String::new(),
+        bounds,
+        clock: Clock { mode: Mode::Single, tick_hz: HZ, seed: 1, ticks_max: 1000, stop: Stop::Arrived },
+        fleet: Fleet {
+            max_robots: robots.len() + 4,
+            straggler: StragglerPolicy::Hold,
+            straggler_limit_s: 1.0,
+            command_timeout_s: 0.5,
+            start_limit_s: 5.0,
+        },
+        radio: Radio::PERFECT,
+        obstacles: Vec::new(),
+        template: robot(0, [0.0, 0.0], [0.0, 0.0]),
+        robots,
+        events: Vec::new(),
+        expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
+    }
+}
+
+/// A world, its agents, and what it said.
+pub(crate) struct Driver {
+    pub world: World,
+    pub kinds: Vec<(Kind, Limits)>,
+    /// With the tick at which they were taken.
+    pub notices: Vec<(u64, Notice)>,
+    /// Seats that are not ready when asked.
+    pub unready: Vec<Seat>,
+    /// Who took part, by tick.
+    pub took_part: Vec<Vec<Seat>>,
+}
+
+impl Driver {
+    pub(crate) fn new(scenario: &Scenario) -> Driver {
+        let kinds = scenario.robots.iter().map(|robot| (robot.kind, robot.limits)).collect();
+        let mut driver = Driver {
+            world: World::new(scenario),
+            kinds,
+            notices: Vec::new(),
+            unready: Vec::new(),
+            took_part: Vec::new(),
+        };
+        driver.hear();
+        driver
+    }
+
+    pub(crate) fn open(&mut self) {
+        let unready = &self.unready;
+        self.world.open(&mut |seat| !unready.contains(&seat));
+        self.took_part.push(self.world.participants().to_vec());
+        self.hear();
+    }
+
+    pub(crate) fn close(&mut self) {
+        let drives: Vec<(Seat, Drive)> =
+            self.world.participants().iter().map(|seat| (*seat, self.straight(seat.slot as usize))).collect();
+        self.world.close(&mut |seat| drives.iter().find(|(who, _)| *who == seat).map(|(_, drive)| *drive));
+        self.hear();
+    }
+
+    pub(crate) fn tick(&mut self) {
+        self.open();
+        self.close();
+    }
+
+    pub(crate) fn run(&mut self) -> protocol::world_to_daemon::Outcome {
+        while !self.world.finished() {
+            self.tick();
+        }
+        self.world.outcome()
+    }
+
+    /// Opens and closes until this tick is about to be opened.
+    pub(crate) fn until(&mut self, tick: u64) {
+        while self.world.tick() < tick {
+            self.tick();
+        }
+    }
+
+    pub(crate) fn position(&self, slot: usize) -> Point2<f64> {
+        let odometry = self.world.odometry(slot);
+        Point2::new(odometry.x_m, odometry.y_m)
+    }
+
+    /// As fast as possible, but not past the goal.
+    fn straight(&self, slot: usize) -> Drive {
+        let odometry = self.world.odometry(slot);
+        let way = Vector2::new(odometry.goal_x_m - odometry.x_m, odometry.goal_y_m - odometry.y_m);
+        let (kind, limits) = self.kinds.get(slot).copied().unwrap_or(self.kinds[0]);
+        let velocity = (way * HZ).cap_magnitude(limits.speed_mps_max);
+        match kind {
+            Kind::Point => Drive::Velocity(velocity),
+            Kind::Unicycle => steer(velocity, odometry.yaw_rad, 4.0, &limits),
+        }
+    }
+
+    fn hear(&mut self) {
+        let tick = self.world.tick();
+        self.notices.extend(self.world.take_notices().into_iter().map(|notice| (tick, notice)));
+    }
+
+    /// Ticks in which a slot took part, with its incarnation, as runs: (first, last, incarnation).
+    pub(crate) fn stints(&self, slot: u32) -> Vec<(u64, u64, u32)> {
+        let mut stints: Vec<(u64, u64, u32)> = Vec::new();
+        for (tick, seats) in self.took_part.iter().enumerate() {
+            let tick = tick as u64;
+            let Some(seat) = seats.iter().find(|seat| seat.slot == slot) else { continue };
+            match stints.last_mut() {
+                Some((_, last, incarnation)) if *last + 1 == tick && *incarnation == seat.incarnation => *last = tick,
+                _ => stints.push((tick, tick, seat.incarnation)),
+            }
+        }
+        stints
+    }
+
+    /// What was said of a slot, log entries as `kind`, the rest as `Name.incarnation`, each with its tick.
+    pub(crate) fn story(&self, slot: u32) -> String {
+        let line = |(tick, notice): &(u64, Notice)| {
+            let (name, seat) = match notice {
+                Notice::Expect { seat, tick: at } => (format!("Expect@{at}"), *seat),
+                Notice::Entered { seat, .. } => ("Entered".to_owned(), *seat),
+                Notice::Kill { seat } => ("Kill".to_owned(), *seat),
+                Notice::Pause { seat } => ("Pause".to_owned(), *seat),
+                Notice::Resume { seat } => ("Resume".to_owned(), *seat),
+                Notice::Left { seat } => ("Left".to_owned(), *seat),
+                Notice::Log(_) => return None,
+            };
+            (seat.slot == slot).then(|| format!("{tick}:{name}.{}", seat.incarnation))
+        };
+        self.notices.iter().filter_map(line).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Ticks of the log entries of a kind about a slot.
+    pub(crate) fn logged(&self, kind: &str, slot: u32) -> Vec<u64> {
+        let events = self.world.outcome().events;
+        events.iter().filter(|e| e.kind == kind && e.slot == Some(slot)).map(|event| event.tick).collect()
+    }
+}
+
+pub(crate) fn seat(slot: u32, incarnation: u32) -> Seat {
+    Seat { slot, incarnation }
+}
+
+pub(crate) fn at(tick: u64, what: What) -> Event {
+    Event { tick, what }
+}

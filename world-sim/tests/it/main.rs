@@ -1,0 +1,7 @@
+//! The world as its callers see it, driven by agents that go straight.
+
+mod driver;
+mod physics;
+mod presence;
+mod ranges;
+mod referee;

@@ -1,0 +1,272 @@
+//! Contacts and clearances against the plainest way to compute them, and the hash.
+
+use crate::driver::{Driver, HZ, at, robot, scenario};
+use nalgebra::{Point2, Vector2};
+use planners::geometry::{Capsule, segment_distance, swept_distance};
+use planners::{Drive, Kind};
+use proptest::prelude::*;
+use scenarios::{Bounds, Motion, Obstacle, Scenario, Shape, What};
+use shoal_world_sim::World;
+use std::collections::BTreeSet;
+
+const fn is_send<T: Send>() {}
+const _: () = is_send::<World>();
+
+fn wall(a: [f64; 2], b: [f64; 2], radius: f64) -> Obstacle {
+    Obstacle { shape: Shape::Capsule(Capsule { a: a.into(), b: b.into(), radius }), motion: None }
+}
+
+#[test]
+fn a_pair_that_passes_through_each_other_touches_once() {
+    let ends = [[-2.0, 0.0], [2.0, 0.0]];
+    let outcome = Driver::new(&scenario(vec![robot(0, ends[0], ends[1]), robot(1, ends[1], ends[0])])).run();
+    assert_eq!((outcome.robot_contacts, outcome.min_clearance_m), (1, Some(-0.5)));
+    assert_eq!((outcome.robots[0].contacts, outcome.robots[1].contacts), (1, 1));
+    assert_eq!(outcome.events.iter().filter(|event| event.kind == "contact").count(), 1);
+    // In and out and in again are two.
+    let mut twice = scenario(vec![robot(0, ends[0], ends[1]), robot(1, [0.0, 0.0], [0.0, 0.0])]);
+    twice.robots[0].goals.push(ends[0].into());
+    assert_eq!(Driver::new(&twice).run().robot_contacts, 2);
+}
+
+#[test]
+fn nothing_is_missed_between_two_ticks() {
+    // Two small fast bodies are apart at every tick, and cross in between.
+    let mut scenario = scenario(vec![robot(0, [-1.5, 0.0], [1.5, 0.0]), robot(1, [1.5, 0.01], [-1.5, 0.01])]);
+    for robot in &mut scenario.robots {
+        (robot.radius_m, robot.limits.speed_mps_max) = (0.02, 10.0);
+    }
+    scenario.obstacles = vec![wall([-0.2, -1.0], [-0.2, 1.0], 0.0)];
+    let outcome = Driver::new(&scenario).run();
+    assert_eq!((outcome.robot_contacts, outcome.obstacle_contacts), (1, 2));
+    assert!((outcome.min_clearance_m.unwrap() - (0.01 - 0.04)).abs() < 1e-12);
+    assert_eq!(outcome.min_obstacle_clearance_m, Some(-0.02));
+}
+
+#[test]
+fn an_overlap_at_the_start_counts_once() {
+    let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [0.0, 0.0]), robot(1, [0.3, 0.0], [0.3, 0.0])]);
+    scenario.robots.push(robot(2, [0.1, 0.1], [0.1, 0.1]));
+    scenario.obstacles = vec![wall([-0.2, -1.0], [-0.2, 1.0], 0.0)];
+    scenario.events = vec![at(5, What::Join { robot: 2 })];
+    let mut driver = Driver::new(&scenario);
+    driver.until(3);
+    let outcome = driver.world.outcome();
+    assert_eq!((outcome.robot_contacts, outcome.obstacle_contacts), (1, 1));
+    driver.until(9);
+    assert_eq!(driver.world.outcome().robot_contacts, 3, "a late joiner touches both");
+    assert_eq!(driver.world.outcome().robots.iter().map(|r| r.contacts).collect::<Vec<_>>(), [3, 2, 2]);
+}
+
+#[test]
+fn robots_that_just_touch_are_not_in_contact() {
+    let robots = (0..6).map(|i| robot(i, [0.1 + 0.5 * i as f64, 0.0], [0.1 + 0.5 * i as f64, 0.0])).collect();
+    let outcome = Driver::new(&scenario(robots)).run();
+    assert_eq!(outcome.robot_contacts, 0);
+    assert!(outcome.min_clearance_m.unwrap().abs() < 1e-12);
+}
+
+#[test]
+fn clearances_are_absent_where_there_is_nothing_to_be_clear_of() {
+    let mut alone = scenario(vec![robot(0, [0.0, 0.0], [3.0, 0.0]), robot(1, [0.0, 7.0], [0.0, 7.0])]);
+    alone.events = vec![at(10, What::Join { robot: 1 })];
+    let mut driver = Driver::new(&alone);
+    driver.until(10);
+    assert_eq!(driver.world.outcome().min_clearance_m, None);
+    driver.until(11);
+    // The newcomer is far away, but there was no pair before: from (1, 0) to (0, 7), and one tick further.
+    let expected = 50f64.sqrt() - 0.5;
+    assert!((driver.world.outcome().min_clearance_m.unwrap() - expected).abs() < 1e-12);
+    assert_eq!(driver.world.outcome().min_obstacle_clearance_m, None);
+}
+
+#[test]
+fn inside_a_polygon_is_overlap() {
+    let corners = [[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]].map(Point2::from).to_vec();
+    let mut scenario = scenario(vec![robot(0, [-5.0, 0.0], [5.0, 0.0])]);
+    scenario.obstacles = vec![Obstacle { shape: Shape::Polygon(corners), motion: None }];
+    let outcome = Driver::new(&scenario).run();
+    assert_eq!(outcome.obstacle_contacts, 1);
+    assert!((outcome.min_obstacle_clearance_m.unwrap() + 3.25).abs() < 1e-9, "{:?}", outcome.min_obstacle_clearance_m);
+}
+
+/// A world of robots and obstacles that move at random, in which everything is recorded.
+#[derive(Debug)]
+struct Chaos {
+    scenario: Scenario,
+    /// Per tick and slot.
+    drives: Vec<Vec<Drive>>,
+}
+
+fn chaos() -> impl Strategy<Value = Chaos> {
+    let place = || (-3.0..3.0f64, -3.0..3.0f64);
+    let robots = prop::collection::vec((place(), 0.05..0.4f64, any::<bool>(), 0..12u64), 1..10);
+    let obstacles = prop::collection::vec((place(), place(), 0.0..0.4f64, 0..4u8), 0..5);
+    let drives = prop::collection::vec(prop::collection::vec((-4.0..4.0f64, -4.0..4.0f64), 10), 20);
+    (robots, obstacles, drives).prop_map(|(robots, obstacles, drives)| {
+        let mut scenario = scenario(Vec::new());
+        for (slot, ((x, y), radius, unicycle, joins)) in robots.into_iter().enumerate() {
+            let mut robot = robot(slot, [x, y], [99.0, 99.0]);
+            robot.radius_m = radius;
+            robot.limits.speed_mps_max = 4.0;
+            robot.kind = if unicycle { Kind::Unicycle } else { Kind::Point };
+            scenario.robots.push(robot);
+            if joins > 6 {
+                scenario.events.push(at(joins, What::Join { robot: slot }));
+            }
+        }
+        scenario.events.sort_by_key(|event| event.tick);
+        for ((x, y), (bx, by), radius, kind) in obstacles {
+            let within = Bounds { x_m: [-3.0, 3.0], y_m: [-3.0, 3.0] };
+            let motion = match kind {
+                0 => None,
+                1 => Some(Motion::Bounce { velocity_mps: [bx, by], within }),
+                2 => Some(Motion::RandomWalk { speed_mps: 2.0, turn_every_s: 0.3, within }),
+                _ => Some(Motion::Orbit { center: [x, y].into(), radius_m: 1.0, omega_radps: bx, phase_rad: by }),
+            };
+            let b = if kind == 2 { [x, y] } else { [bx, by] };
+            scenario.obstacles.push(Obstacle { motion, ..wall([x, y], b, radius) });
+        }
+        let kinds: Vec<Kind> = scenario.robots.iter().map(|robot| robot.kind).collect();
+        let drive = |kind: &Kind, (first, second): (f64, f64)| match kind {
+            Kind::Point => Drive::Velocity(Vector2::new(first, second)),
+            Kind::Unicycle => Drive::Twist { speed_mps: first, turn_radps: second },
+        };
+        let drives =
+            drives.into_iter().map(|tick| kinds.iter().zip(tick).map(|(k, d)| drive(k, d)).collect()).collect();
+        Chaos { scenario, drives }
+    })
+}
+
+/// Bodies, present or not, and obstacles at one tick.
+type Snapshot = (Vec<Option<Point2<f64>>>, Vec<Capsule>);
+
+fn snapshot(world: &World, chaos: &Chaos) -> Snapshot {
+    let bodies = (0..chaos.scenario.robots.len())
+        .map(|slot| {
+            let odometry = world.odometry(slot);
+            world
+                .participants()
+                .iter()
+                .any(|seat| seat.slot as usize == slot)
+                .then(|| Point2::new(odometry.x_m, odometry.y_m))
+        })
+        .collect();
+    let capsule = |index| {
+        let piece = world.piece(index);
+        let [a, b] = [[piece.ax_m, piece.ay_m], [piece.bx_m, piece.by_m]].map(Point2::from);
+        Capsule { a, b, radius: piece.radius_m }
+    };
+    (bodies, (0..chaos.scenario.obstacles.len()).map(capsule).collect())
+}
+
+proptest! {
+    #[test]
+    fn contacts_and_clearances_are_what_all_pairs_say(chaos in chaos()) {
+        let mut world = World::new(&chaos.scenario);
+        let radius = |slot: usize| chaos.scenario.robots[slot].radius_m;
+        let (mut least, mut least_obstacle) = (f64::INFINITY, f64::INFINITY);
+        let (mut contacts, mut obstacle_contacts) = (0, 0);
+        let count = chaos.scenario.robots.len();
+        // Who overlaps whom at the end of a tick; obstacles come after the robots.
+        let mut overlaps = BTreeSet::new();
+        let mut enters = |pair: (usize, usize), swept: f64, at_end: f64| {
+            let enters = swept < 0.0 && !overlaps.contains(&pair);
+            if at_end < 0.0 { overlaps.insert(pair) } else { overlaps.remove(&pair) };
+            u64::from(enters)
+        };
+        for drives in &chaos.drives {
+            world.open(&mut |_| true);
+            let before = snapshot(&world, &chaos);
+            world.close(&mut |seat| Some(drives[seat.slot as usize]));
+            let after = snapshot(&world, &chaos);
+            for i in 0..count {
+                let (Some(p0), Some(p1)) = (before.0[i], after.0[i]) else { continue };
+                for j in i + 1..count {
+                    let (Some(q0), Some(q1)) = (before.0[j], after.0[j]) else { continue };
+                    let radii = radius(i) + radius(j);
+                    let swept = swept_distance(p0, p1, q0, q1) - radii;
+                    least = least.min(swept);
+                    contacts += enters((i, j), swept, (p1 - q1).norm() - radii);
+                }
+                for (index, (c0, c1)) in before.1.iter().zip(&after.1).enumerate() {
+                    let swept = segment_distance(p0, p1 - (c1.a - c0.a), c0.a, c0.b) - c0.radius - radius(i);
+                    least_obstacle = least_obstacle.min(swept);
+                    obstacle_contacts += enters((i, count + index), swept, c1.distance(p1) - radius(i));
+                }
+            }
+        }
+        let outcome = world.outcome();
+        let near = |found: Option<f64>, expected: f64| match found {
+            Some(found) => (found - expected).abs() < 1e-9,
+            None => expected.is_infinite(),
+        };
+        prop_assert!(near(outcome.min_clearance_m, least), "{:?}, not {least}", outcome.min_clearance_m);
+        prop_assert!(near(outcome.min_obstacle_clearance_m, least_obstacle),
+            "{:?}, not {least_obstacle}", outcome.min_obstacle_clearance_m);
+        prop_assert_eq!((outcome.robot_contacts, outcome.obstacle_contacts), (contacts, obstacle_contacts));
+    }
+
+    #[test]
+    fn equal_runs_have_equal_hashes_and_a_bit_makes_another(chaos in chaos()) {
+        let hash = |scenario: &Scenario| {
+            let mut world = World::new(scenario);
+            for drives in &chaos.drives {
+                world.open(&mut |_| true);
+                world.close(&mut |seat| Some(drives[seat.slot as usize]));
+            }
+            world.trajectory_hash()
+        };
+        let first = hash(&chaos.scenario);
+        prop_assert_eq!(first, hash(&chaos.scenario));
+        let mut other = chaos.scenario.clone();
+        let x = &mut other.robots[0].start.x;
+        *x = f64::from_bits(x.to_bits() ^ 1);
+        // The last bit of the start survives as long as no sum rounds it away; the first tick always shows it.
+        let mut worlds = [World::new(&chaos.scenario), World::new(&other)];
+        for world in &mut worlds {
+            (0..13).for_each(|_| {
+                world.open(&mut |_| true);
+                world.close(&mut |_| None);
+            });
+        }
+        prop_assert_ne!(worlds[0].trajectory_hash(), worlds[1].trajectory_hash());
+    }
+}
+
+#[test]
+fn bad_commands_stop_the_robot_and_are_logged_once() {
+    let mut scenario = scenario((0..3).map(|i| robot(i, [0.0, i as f64], [9.0, i as f64])).collect());
+    scenario.robots[1].kind = Kind::Unicycle;
+    let mut world = World::new(&scenario);
+    for _ in 0..5 {
+        world.open(&mut |_| true);
+        world.close(&mut |seat| {
+            let x = if seat.slot == 0 { f64::NAN } else { 1.0 };
+            Some(Drive::Velocity(Vector2::new(x, 0.0)))
+        });
+    }
+    assert_eq!([0, 1, 2].map(|slot| world.odometry(slot).x_m > 0.0), [false, false, true]);
+    let events = world.outcome().events;
+    let scolded: Vec<_> = events.iter().filter(|e| e.kind == "bad-command").map(|e| (e.tick, e.slot)).collect();
+    assert_eq!(scolded, [(0, Some(0)), (0, Some(1))]);
+}
+
+#[test]
+fn frames_show_robots_and_moving_obstacles() {
+    use protocol::world_to_observer::FrameBody;
+    let mut scenario = scenario((0..3).map(|i| robot(i, [0.0, i as f64], [9.0, i as f64])).collect());
+    let motion = Motion::Orbit { center: [5.0, 5.0].into(), radius_m: 1.0, omega_radps: 1.0, phase_rad: 0.0 };
+    scenario.obstacles = vec![wall([0.0, 9.0], [1.0, 9.0], 0.0), wall([0.0, 9.0], [0.0, 9.0], 0.3)];
+    scenario.obstacles[1].motion = Some(motion);
+    scenario.events = vec![at(0, What::Leave { robot: 1 }), at(1, What::Kill { robot: 2 })];
+    let mut driver = Driver::new(&scenario);
+    driver.until(1);
+    driver.open();
+    let mut frame = Vec::new();
+    driver.world.frame(&mut frame);
+    let shown: Vec<_> = frame.iter().map(|body| (body.index, body.flags)).collect();
+    assert_eq!(shown, [(0, 0), (2, FrameBody::FLAG_SILENT), (1, FrameBody::FLAG_OBSTACLE)]);
+    assert!((frame[2].x_m - (5.0 + (1.0 / HZ).cos())).abs() < 1e-12 && frame[2].radius_m == 0.3);
+    assert_eq!((driver.world.frame_header().tick, driver.world.frame_header().time_s), (1, 1.0 / HZ));
+}

@@ -1,0 +1,283 @@
+//! Who takes part when, to the tick.
+
+use crate::driver::{Driver, at, robot, scenario, seat};
+use protocol::daemon_to_world::{Absence, Order};
+use protocol::world_to_robot::Odometry;
+use scenarios::{Restart, Scenario, StragglerPolicy, What};
+
+/// Two robots far from their goals.
+fn pair() -> Scenario {
+    let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [9.0, 0.0]), robot(1, [0.0, 2.0], [9.0, 2.0])]);
+    scenario.clock.ticks_max = 20;
+    scenario
+}
+
+fn restarting(limit: u32, delay_ticks: u64) -> Scenario {
+    let mut scenario = pair();
+    scenario.robots[0].restart = Restart { limit, delay_ticks };
+    scenario
+}
+
+/// Runs 20 ticks, giving each order before its tick opens, and compares the stints and the notices of robot 0.
+fn check(
+    mut scenario: Scenario,
+    events: Vec<scenarios::Event>,
+    orders: Vec<(u64, Order)>,
+    stints: &[(u64, u64, u32)],
+    story: &str,
+) -> Driver {
+    scenario.events = events;
+    let mut driver = Driver::new(&scenario);
+    for tick in 0..20 {
+        orders.iter().filter(|(at, _)| *at == tick).for_each(|(_, order)| driver.world.order(order.clone()));
+        driver.tick();
+    }
+    assert_eq!(driver.stints(0), stints);
+    assert_eq!(driver.story(0), story);
+    let others = driver.took_part.iter().filter(|seats| seats.contains(&seat(1, 0))).count();
+    assert_eq!(others, 20, "the fleet goes on whatever happens");
+    driver
+}
+
+fn absent(incarnation: u32, cause: Absence) -> Order {
+    Order::Absent { seat: seat(0, incarnation), cause }
+}
+
+const DIED: Absence = Absence::Died { signal: Some(9), code: None };
+
+#[test]
+fn nothing_happens() {
+    check(pair(), vec![], vec![], &[(0, 19, 0)], "0:Expect@0.0 0:Entered.0");
+}
+
+#[test]
+fn the_timeline_joins() {
+    let join = || vec![at(8, What::Join { robot: 0 })];
+    let driver = check(pair(), join(), vec![], &[(8, 19, 0)], "3:Expect@8.0 8:Entered.0");
+    assert_eq!(driver.world.outcome().robots[0].joined_tick, 8);
+    let none = Order::Absent { seat: seat(0, 0), cause: Absence::NotStarted };
+    let driver = check(pair(), join(), vec![(8, none)], &[], "3:Expect@8.0 8:Kill.0");
+    let robot = &driver.world.outcome().robots[0];
+    assert_eq!((robot.slot, robot.gone.as_deref()), (0, Some("dead")), "it must not be forgotten");
+}
+
+#[test]
+fn the_timeline_kills() {
+    let kill = || vec![at(5, What::Kill { robot: 0 })];
+    let driver = check(pair(), kill(), vec![], &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0 5:Kill.0");
+    assert_eq!(driver.world.outcome().robots[0].gone.as_deref(), Some("dead"));
+    // The report of the death that the world has ordered is no news.
+    check(pair(), kill(), vec![(6, absent(0, DIED))], &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0 5:Kill.0");
+    for (delay, back) in [(0, 6), (1, 6), (7, 12)] {
+        let told = if delay == 7 { 7 } else { 5 };
+        let story = format!("0:Expect@0.0 0:Entered.0 5:Kill.0 {told}:Expect@{back}.1 {back}:Entered.1");
+        let orders = vec![(6, absent(0, DIED))];
+        let driver = check(restarting(1, delay), kill(), orders, &[(0, 4, 0), (back, 19, 1)], &story);
+        assert_eq!(driver.logged("killed", 0), [5]);
+        assert_eq!(driver.logged("restarted", 0), [back]);
+    }
+}
+
+#[test]
+fn the_timeline_pauses() {
+    let pause = || vec![at(5, What::Pause { robot: 0, ticks: 4 })];
+    let story = "0:Expect@0.0 0:Entered.0 5:Pause.0 9:Resume.0 9:Entered.0";
+    check(pair(), pause(), vec![], &[(0, 4, 0), (9, 19, 0)], story);
+    // The daemon may report the stop that it made.
+    check(pair(), pause(), vec![(6, absent(0, Absence::Stopped))], &[(0, 4, 0), (9, 19, 0)], story);
+    let late = vec![(9, absent(0, Absence::Stopped))];
+    check(pair(), pause(), late, &[(0, 4, 0), (9, 19, 0)], story);
+    let longer = vec![at(5, What::Pause { robot: 0, ticks: 2 }), at(6, What::Pause { robot: 0, ticks: 5 })];
+    let story = "0:Expect@0.0 0:Entered.0 5:Pause.0 6:Pause.0 11:Resume.0 11:Entered.0";
+    check(pair(), longer, vec![], &[(0, 4, 0), (11, 19, 0)], story);
+    let killed = vec![at(5, What::Pause { robot: 0, ticks: 4 }), at(6, What::Kill { robot: 0 })];
+    let story = "0:Expect@0.0 0:Entered.0 5:Pause.0 6:Kill.0 6:Expect@8.1 8:Entered.1";
+    check(restarting(1, 2), killed, vec![], &[(0, 4, 0), (8, 19, 1)], story);
+}
+
+#[test]
+fn it_leaves() {
+    let story = "0:Expect@0.0 0:Entered.0 5:Left.0";
+    let driver = check(pair(), vec![at(5, What::Leave { robot: 0 })], vec![], &[(0, 4, 0)], story);
+    assert_eq!(driver.world.outcome().robots[0].gone.as_deref(), Some("left"));
+    check(pair(), vec![], vec![(5, Order::Remove { slot: 0 })], &[(0, 4, 0)], story);
+    let paused = vec![at(4, What::Pause { robot: 0, ticks: 9 }), at(5, What::Leave { robot: 0 })];
+    let story = "0:Expect@0.0 0:Entered.0 4:Pause.0 5:Resume.0 5:Left.0";
+    check(pair(), paused, vec![], &[(0, 3, 0)], story);
+}
+
+#[test]
+fn a_process_dies() {
+    let died = |tick, incarnation| (tick, absent(incarnation, DIED));
+    check(pair(), vec![], vec![died(5, 0)], &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0");
+    let story = "0:Expect@0.0 0:Entered.0 5:Expect@7.1 7:Entered.1";
+    check(restarting(1, 2), vec![], vec![died(5, 0), died(6, 0)], &[(0, 4, 0), (7, 19, 1)], story);
+    // The second life dies before it enters, the third takes over.
+    let story = "0:Expect@0.0 0:Entered.0 5:Expect@7.1 6:Expect@8.2 8:Entered.2";
+    check(restarting(2, 2), vec![], vec![died(5, 0), died(6, 1)], &[(0, 4, 0), (8, 19, 2)], story);
+    // The limit is used up.
+    let story = "0:Expect@0.0 0:Entered.0 5:Expect@7.1 7:Entered.1";
+    check(restarting(1, 2), vec![], vec![died(5, 0), died(9, 1)], &[(0, 4, 0), (7, 8, 1)], story);
+    // A first life that cannot start.
+    let story = "0:Expect@0.0 0:Kill.0 0:Expect@2.1 2:Entered.1";
+    let orders = vec![(0, absent(0, Absence::NotStarted))];
+    check(restarting(1, 2), vec![], orders, &[(2, 19, 1)], story);
+}
+
+#[test]
+fn a_straggler_is_held_or_dropped() {
+    for cause in [Absence::Stopped, Absence::Overdue] {
+        for (policy, gone, story) in [
+            (StragglerPolicy::Wait, None, "0:Expect@0.0 0:Entered.0"),
+            (StragglerPolicy::Hold, None, "0:Expect@0.0 0:Entered.0"),
+            (StragglerPolicy::Drop, Some("dropped"), "0:Expect@0.0 0:Entered.0 5:Kill.0"),
+        ] {
+            let mut scenario = restarting(3, 1);
+            scenario.fleet.straggler = policy;
+            // A dropped robot's process dies of it, and is not started again.
+            let died = gone.map(|_| (6, absent(0, DIED)));
+            let orders = [(5, absent(0, cause))].into_iter().chain(died).collect();
+            let driver = check(scenario, vec![], orders, &[(0, 4, 0)], story);
+            assert_eq!(driver.world.outcome().robots[0].gone.as_deref(), gone);
+        }
+    }
+}
+
+#[test]
+fn a_held_robot_comes_back_when_it_answers() {
+    let mut driver = Driver::new(&restarting(1, 1));
+    driver.until(5);
+    driver.world.order(absent(0, Absence::Overdue));
+    driver.until(8);
+    driver.world.back(seat(0, 1));
+    driver.tick();
+    assert_eq!(driver.took_part[8], [seat(1, 0)], "that was another life");
+    driver.world.back(seat(0, 0));
+    driver.until(12);
+    assert_eq!(driver.stints(0), [(0, 4, 0), (9, 11, 0)]);
+    driver.world.order(absent(0, Absence::Overdue));
+    driver.tick();
+    driver.world.order(absent(0, DIED));
+    driver.until(20);
+    assert_eq!(driver.stints(0), [(0, 4, 0), (9, 11, 0), (14, 19, 1)], "death while held");
+}
+
+#[test]
+fn due_names_whom_to_wait_for() {
+    let mut scenario = restarting(1, 3);
+    scenario.events = vec![at(5, What::Kill { robot: 0 }), at(12, What::Pause { robot: 1, ticks: 2 })];
+    let mut driver = Driver::new(&scenario);
+    for tick in 0..16 {
+        let expected = match tick {
+            0 => vec![seat(0, 0), seat(1, 0)],
+            8 => vec![seat(0, 1)],
+            14 => vec![seat(1, 0)],
+            _ => vec![],
+        };
+        assert_eq!(driver.world.due(), expected, "tick {tick}");
+        if tick == 8 {
+            driver.world.order(absent(1, Absence::Stopped));
+            assert_eq!(driver.world.due(), expected, "a stopped process is waited for");
+            driver.world.order(absent(1, DIED));
+            assert!(driver.world.due().is_empty(), "nobody needs to wait for the dead");
+        }
+        driver.tick();
+    }
+}
+
+#[test]
+fn who_is_not_ready_stays_due() {
+    let mut driver = Driver::new(&pair());
+    driver.unready.push(seat(0, 0));
+    driver.until(3);
+    assert_eq!(driver.world.due(), [seat(0, 0)]);
+    driver.unready.clear();
+    driver.until(6);
+    assert_eq!(driver.stints(0), [(3, 5, 0)]);
+    assert_eq!(driver.world.outcome().robots[0].joined_tick, 3, "its time counts from here");
+}
+
+#[test]
+fn robots_can_be_admitted() {
+    let mut driver = Driver::new(&pair());
+    driver.until(4);
+    let new = Box::new(robot(3, [0.0, 5.0], [9.0, 5.0]));
+    driver.world.order(Order::Admit { slot: 3, robot: new.clone() });
+    driver.tick();
+    assert_eq!(driver.world.due(), [seat(3, 0)]);
+    driver.tick();
+    assert_eq!(driver.story(3), "4:Expect@5.0 5:Entered.0");
+    driver.world.order(Order::Admit { slot: 3, robot: new.clone() });
+    driver.world.order(Order::Admit { slot: 99, robot: new });
+    driver.tick();
+    assert_eq!(driver.logged("ignored", 3), [6]);
+    assert_eq!(driver.logged("ignored", 99), [6]);
+    let slots: Vec<u32> = driver.world.outcome().robots.iter().map(|robot| robot.slot).collect();
+    assert_eq!(slots, [0, 1, 3]);
+}
+
+#[test]
+fn odometry_says_who_is_present_and_who_has_left() {
+    let mut scenario = pair();
+    scenario.events = vec![
+        at(2, What::Pause { robot: 0, ticks: 3 }),
+        at(7, What::Leave { robot: 0 }),
+        at(9, What::Kill { robot: 1 }),
+    ];
+    let mut driver = Driver::new(&scenario);
+    for tick in 0..12 {
+        driver.open();
+        let flags = driver.world.odometry(0).flags;
+        let expected = match tick {
+            2..5 => 0,
+            0..7 => Odometry::FLAG_PRESENT,
+            _ => Odometry::FLAG_LEFT,
+        };
+        assert_eq!(flags, expected, "tick {tick}");
+        let written: &[usize] = match tick {
+            3 | 4 | 8 => &[1],
+            10.. => &[],
+            _ if tick == 9 => &[1],
+            _ => &[0, 1],
+        };
+        assert_eq!(driver.world.opening().odometry, written, "tick {tick}");
+        driver.close();
+    }
+}
+
+#[test]
+fn an_absent_robot_stands_still_and_comes_back_where_it_stands() {
+    let mut scenario = restarting(1, 3);
+    scenario.events = vec![at(5, What::Kill { robot: 0 })];
+    let mut driver = Driver::new(&scenario);
+    driver.until(5);
+    let body = driver.position(0);
+    assert!((body.x - 0.5).abs() < 1e-12);
+    for _ in 5..8 {
+        driver.open();
+        assert_eq!(driver.world.odometry(0).vx_mps, 0.0);
+        driver.close();
+        assert_eq!(driver.position(0), body);
+    }
+    driver.tick();
+    assert!((driver.position(0).x - 0.6).abs() < 1e-12);
+    // A robot that does not answer stands as well.
+    driver.world.open(&mut |_| true);
+    driver.world.close(&mut |_| None);
+    assert!((driver.position(0).x - 0.6).abs() < 1e-12);
+}
+
+#[test]
+fn a_fleet_of_the_dead_is_finished() {
+    let mut driver = Driver::new(&pair());
+    driver.until(3);
+    driver.world.order(Order::Absent { seat: seat(0, 0), cause: DIED });
+    driver.world.order(Order::Remove { slot: 1 });
+    driver.tick();
+    assert!(driver.world.finished());
+    let mut driver = Driver::new(&pair());
+    driver.tick();
+    assert!(!driver.world.finished());
+    driver.world.order(Order::Stop);
+    assert!(driver.world.finished(), "a stop is known at once");
+}

@@ -1,0 +1,161 @@
+//! Goals, tasks, times and paths.
+
+use crate::driver::{Driver, HZ, at, robot, scenario};
+use nalgebra::Point2;
+use planners::{Capsule, Kind};
+use protocol::daemon_to_world::Order;
+use protocol::world_to_daemon::RobotOutcome;
+use scenarios::{MAX_GOALS, Motion, Obstacle, Scenario, Shape, What};
+
+fn one() -> Scenario {
+    scenario(vec![robot(0, [0.0, 0.0], [2.0, 0.0])])
+}
+
+fn run(scenario: &Scenario) -> RobotOutcome {
+    Driver::new(scenario).run().robots.remove(0)
+}
+
+fn task(goal: [f64; 2], now: bool) -> What {
+    What::Task { robot: 0, goal: goal.into(), now }
+}
+
+/// Ticks until arrival, path length and goals done, against numbers that a reader can add up: 1 m/s, ten ticks a second.
+fn check(scenario: &Scenario, ticks: u64, path_m: f64, goals_done: u32, tasks_done: u32) {
+    let outcome = run(scenario);
+    assert!(outcome.arrived);
+    assert_eq!(outcome.arrived_tick.map(|tick| tick - outcome.joined_tick), Some(ticks));
+    assert_eq!(outcome.time_s, Some(ticks as f64 / HZ));
+    assert!((outcome.path_length_m - path_m).abs() < 1e-9, "{}", outcome.path_length_m);
+    assert_eq!((outcome.goals_done, outcome.tasks_done), (goals_done, tasks_done));
+}
+
+#[test]
+fn a_robot_arrives_when_it_is_within_the_tolerance() {
+    check(&one(), 20, 2.0, 1, 0);
+    let mut scenario = one();
+    scenario.robots[0].goal_tolerance_m = 0.55;
+    check(&scenario, 15, 1.5, 1, 0);
+    scenario.robots[0].goals = vec![Point2::new(0.5, 0.0)];
+    check(&scenario, 0, 0.0, 1, 0);
+    scenario.robots[0].goals.push(Point2::new(-0.5, 0.0));
+    check(&scenario, 0, 0.0, 2, 0);
+}
+
+#[test]
+fn times_count_from_the_join() {
+    let mut late = one();
+    late.events = vec![at(7, What::Join { robot: 0 })];
+    check(&late, 20, 2.0, 1, 0);
+}
+
+#[test]
+fn a_task_queues_behind_the_goals_or_replaces_them() {
+    let mut queued = one();
+    queued.events = vec![at(5, task([2.0, 3.0], false)), at(6, task([0.0, 3.0], false))];
+    check(&queued, 70, 7.0, 3, 2);
+    let mut now = one();
+    now.robots[0].goals.push(Point2::new(8.0, 8.0));
+    now.events = vec![at(5, task([0.5, 3.0], true))];
+    check(&now, 35, 3.5, 1, 1);
+    // After the arrival a task takes it back, and the time counts to the new last goal.
+    let mut after = one();
+    after.events = vec![at(30, task([2.0, 1.0], false))];
+    check(&after, 40, 3.0, 2, 1);
+    assert_eq!(run(&after).path_ratio, None, "no plan of the scenario to compare with");
+}
+
+#[test]
+fn operators_task_as_the_timeline_does_but_not_without_bounds() {
+    let order = |task, goal_m, now| Order::Task { task, slot: 0, goal_m, now };
+    let mut driver = Driver::new(&one());
+    driver.until(5);
+    driver.world.order(order(1, [2.0, 1.0], false));
+    driver.open();
+    assert_eq!((driver.world.odometry(0).goals_left, driver.world.odometry(0).goal_y_m), (2, 0.0));
+    driver.close();
+    driver.world.order(order(2, [f64::NAN, 1.0], true));
+    driver.world.order(Order::Task { task: 3, slot: 7, goal_m: [0.0, 0.0], now: true });
+    (0..MAX_GOALS as u32).for_each(|i| driver.world.order(order(4 + i, [2.0, 1.0], false)));
+    driver.tick();
+    assert_eq!(driver.world.odometry(0).goals_left as usize, 1 + MAX_GOALS);
+    assert_eq!(driver.logged("ignored", 0), [6, 6]);
+    assert_eq!(driver.logged("ignored", 7), [6]);
+    let outcome = driver.run();
+    assert_eq!((outcome.robots[0].tasks_done, outcome.robots[0].goals_done), (64, 65));
+    assert!(outcome.events.iter().any(|event| event.kind == "task-done" && event.detail == "task 1"));
+}
+
+#[test]
+fn the_last_goal_can_move() {
+    let mut scenario = one();
+    scenario.robots[0].goal_motion =
+        Some(Motion::Orbit { center: [2.0, 0.0].into(), radius_m: 1.0, omega_radps: 0.3, phase_rad: 0.0 });
+    let mut driver = Driver::new(&scenario);
+    driver.open();
+    assert_eq!(driver.world.odometry(0).goal_x_m, 3.0, "it is on the orbit from the start");
+    driver.close();
+    driver.open();
+    let odometry = driver.world.odometry(0);
+    let expected = Point2::new(2.0 + 0.03f64.cos(), 0.03f64.sin());
+    assert!((Point2::new(odometry.goal_x_m, odometry.goal_y_m) - expected).norm() < 1e-12);
+    driver.close();
+    let outcome = driver.run().robots.remove(0);
+    assert!(outcome.arrived && outcome.path_ratio.is_none());
+}
+
+#[test]
+fn a_fleet_that_has_arrived_waits_for_what_is_to_come() {
+    let ends = |events| {
+        let mut scenario = one();
+        scenario.robots.push(robot(1, [0.0, 3.0], [0.5, 3.0]));
+        scenario.events = events;
+        Driver::new(&scenario).run().ticks
+    };
+    assert_eq!(ends(vec![]), 20);
+    assert_eq!(ends(vec![at(50, What::Kill { robot: 0 }), at(60, What::Pause { robot: 0, ticks: 5 })]), 20);
+    assert_eq!(ends(vec![at(50, task([2.0, 0.0], false))]), 51);
+    assert_eq!(ends(vec![at(50, What::Join { robot: 1 })]), 55);
+    assert_eq!(ends(vec![at(50, What::Leave { robot: 1 })]), 51);
+    assert_eq!(ends(vec![at(15, What::Pause { robot: 1, ticks: 30 })]), 46);
+    assert_eq!(ends(vec![at(3, What::Kill { robot: 0 })]), 5, "the dead are not waited for");
+    assert_eq!(ends(vec![at(3, What::Kill { robot: 0 }), at(90, task([2.0, 0.0], false))]), 5);
+}
+
+#[test]
+fn who_stands_short_of_the_goal_is_deadlocked() {
+    let mut scenario = one();
+    scenario.robots.push(robot(1, [0.0, 3.0], [9.0, 3.0]));
+    scenario.robots.push(robot(2, [0.0, 6.0], [9.0, 6.0]));
+    scenario.clock.ticks_max = 200;
+    let mut driver = Driver::new(&scenario);
+    while !driver.world.finished() {
+        driver.world.open(&mut |_| true);
+        let tick = driver.world.tick();
+        driver.world.close(&mut |seat| {
+            // Robot 1 drives for half the time and stands for half, robot 2 creeps on.
+            let x = [1.0, if tick < 100 { 0.1 } else { 0.0 }, 0.06][seat.slot as usize];
+            let arrived = seat.slot == 0 && tick >= 20;
+            Some(planners::Drive::Velocity(nalgebra::Vector2::new(if arrived { 0.0 } else { x }, 0.0)))
+        });
+    }
+    let robots = driver.world.outcome().robots;
+    assert_eq!([0, 1, 2].map(|slot: usize| robots[slot].deadlocked), [false, true, false]);
+    assert_eq!([0, 1, 2].map(|slot: usize| robots[slot].arrived), [true, false, false]);
+}
+
+#[test]
+fn path_ratios_compare_with_the_shortest_free_way() {
+    let ratio = |scenario: &Scenario| run(scenario).path_ratio.unwrap();
+    assert!((ratio(&one()) - 1.0).abs() < 1e-9);
+    // Going through a wall is shorter than the way around it.
+    let mut through = one();
+    let wall = Capsule::segment(Point2::new(1.0, -1.0), Point2::new(1.0, 1.0));
+    through.obstacles = vec![Obstacle { shape: Shape::Capsule(wall), motion: None }];
+    assert!((0.55..0.7).contains(&ratio(&through)), "{}", ratio(&through));
+    // A unicycle that has to turn first drives a detour.
+    let mut turning = one();
+    turning.robots[0].kind = Kind::Unicycle;
+    turning.robots[0].start_yaw_rad = 1.5;
+    assert!((1.0..1.3).contains(&ratio(&turning)), "{}", ratio(&turning));
+    assert!(run(&turning).ldj.is_some());
+}
