@@ -1,0 +1,210 @@
+//! Hygiene: what a fleet leaves behind, and who takes it away.
+#![expect(clippy::disallowed_methods, reason = "processes are found by reading /proc")]
+
+use crate::address::SHM;
+use crate::clock::{now_ns, sleep_until_ns};
+use crate::{Address, BusError, Lease, Node, Result};
+use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+use std::io::ErrorKind;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
+
+/// Passes over `/dev/shm` until nothing new turns up, at most.
+const PASSES_MAX: u32 = 8;
+/// How long killed processes may take to go.
+const GRACE_NS: u64 = 3_000_000_000;
+
+/// What was taken away.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SweepReport {
+    /// Shared-memory objects that were removed.
+    pub objects: u64,
+    /// Their size, and that of the files in the root, bytes.
+    pub bytes: u64,
+    /// Processes that were killed.
+    pub killed: u64,
+    /// There was a root, and it is gone.
+    pub root: bool,
+    /// What could not be removed, and why.
+    pub left: Vec<BusError>,
+}
+
+/// A fleet of this user on this machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FleetEntry {
+    /// Where it lives.
+    pub address: Address,
+    /// Nobody looks after it.
+    pub abandoned: bool,
+    /// Processes of this user that were started for it, by their command line.
+    pub processes: Vec<u32>,
+}
+
+/// Removes all shared-memory objects of a fleet, then its root. Its processes must have ended; if one is just ending,
+/// what it still makes is removed as well. A second sweep, or one at the same time, does no harm.
+pub fn sweep(address: &Address) -> SweepReport {
+    let mut report = SweepReport::default();
+    let prefix = address.prefix();
+    for _ in 0..PASSES_MAX {
+        let mut found = false;
+        report.left.clear();
+        for (name, path) in listed(Path::new(SHM)).unwrap_or_default() {
+            if !name.starts_with(&prefix) {
+                continue;
+            }
+            let bytes = std::fs::symlink_metadata(&path).map_or(0, |meta| meta.blocks() * 512);
+            match std::fs::remove_file(&path) {
+                Ok(()) => {
+                    (report.objects, report.bytes) = (report.objects + 1, report.bytes + bytes);
+                    found = true;
+                }
+                Err(e) if e.kind() == ErrorKind::NotFound => {}
+                Err(e) => report.left.push(BusError::io(&path, "remove a shared-memory object", e)),
+            }
+        }
+        if !found {
+            break;
+        }
+    }
+    // The root goes last: as long as anything is left, a fleet can be found by it.
+    report.bytes += bytes_below(address.root());
+    let mut result = std::fs::remove_dir_all(address.root());
+    for _ in 0..PASSES_MAX {
+        match &result {
+            Err(e) if e.kind() == ErrorKind::DirectoryNotEmpty => result = std::fs::remove_dir_all(address.root()),
+            _ => break,
+        }
+    }
+    match result {
+        Ok(()) => report.root = true,
+        Err(e) if e.kind() == ErrorKind::NotFound => {}
+        Err(e) => report.left.push(BusError::io(address.root(), "remove the fleet's directory", e)),
+    }
+    report
+}
+
+/// Shared memory that a fleet has taken up, bytes: its objects and the files in its root.
+pub fn usage(address: &Address) -> u64 {
+    let prefix = address.prefix();
+    let objects = listed(Path::new(SHM)).unwrap_or_default().into_iter().filter(|(name, _)| name.starts_with(&prefix));
+    let objects: u64 =
+        objects.filter_map(|(_, path)| std::fs::symlink_metadata(path).ok()).map(|meta| meta.blocks() * 512).sum();
+    objects + bytes_below(address.root())
+}
+
+/// All fleets of this user on this machine, by id.
+///
+/// # Errors
+/// When `/dev/shm` cannot be read.
+pub fn list_fleets() -> Result<Vec<FleetEntry>> {
+    let mut fleets = Vec::new();
+    for (_, path) in listed(Path::new(SHM))? {
+        let Some(address) = Address::parse(&path) else { continue };
+        if Address::at(&path).is_err() {
+            continue;
+        }
+        let abandoned = Lease::is_abandoned(&address).unwrap_or(false);
+        let processes = processes_of(&address);
+        fleets.push(FleetEntry { address, abandoned, processes });
+    }
+    fleets.sort_by(|a, b| a.address.id().cmp(b.address.id()));
+    Ok(fleets)
+}
+
+/// Kills what still runs of every abandoned fleet, and sweeps it.
+///
+/// # Errors
+/// When `/dev/shm` cannot be read, or a lease cannot be tested.
+pub fn clean_abandoned() -> Result<Vec<(Address, SweepReport)>> {
+    let mut cleaned = Vec::new();
+    for fleet in list_fleets()? {
+        if let Some(report) = clean_if_abandoned(&fleet.address)? {
+            cleaned.push((fleet.address, report));
+        }
+    }
+    Ok(cleaned)
+}
+
+/// Kills what still runs of this fleet and sweeps it, if nobody looks after it; `None` if somebody does, or it is gone.
+///
+/// # Errors
+/// When the lease cannot be tested.
+pub fn clean_if_abandoned(address: &Address) -> Result<Option<SweepReport>> {
+    // Held until the end, so that two cleaners do not meet, and nobody adopts a fleet that is going.
+    let Some(_lease) = Lease::seize(address)? else { return Ok(None) };
+    let killed = end_processes(address);
+    Ok(Some(SweepReport { killed, ..sweep(address) }))
+}
+
+/// Clears away what dead members of the fleet hold in iceoryx2: their places in services, and their memory. How many
+/// were cleared. For the daemon: before it starts a process anew, and now and then. It looks at every node of the fleet
+/// (some 0.1 ms each), and leaves to another thread of this process what that is just clearing.
+pub fn janitor(node: &Node) -> u64 {
+    node.inner().try_cleanup_dead_nodes().cleanups
+}
+
+/// Kills all processes of this user that were started for this fleet (their command line names its root), and waits
+/// until they have gone; how many. Not this process, and none of those that started it.
+pub fn end_processes(address: &Address) -> u64 {
+    let mut killed = std::collections::BTreeSet::new();
+    let until = now_ns() + GRACE_NS;
+    loop {
+        let processes = processes_of(address);
+        for &pid in &processes {
+            // The descriptor names this very process: asking again whether it is one of them makes sure that its number
+            // has not been given to another one since.
+            let Some(number) = i32::try_from(pid).ok().and_then(Pid::from_raw) else { continue };
+            let Ok(fd) = pidfd_open(number, PidfdFlags::empty()) else { continue };
+            if belongs_to(pid, address) && pidfd_send_signal(&fd, Signal::KILL).is_ok() {
+                killed.insert(pid);
+            }
+        }
+        if processes.is_empty() || now_ns() > until {
+            return killed.len() as u64;
+        }
+        sleep_until_ns(now_ns() + 5_000_000);
+    }
+}
+
+/// Processes of this user whose command line names the root. Those that started this one are left out: theirs may be
+/// `shoal clean <root>` in a shell.
+fn processes_of(address: &Address) -> Vec<u32> {
+    let ours = ancestors();
+    let pids = listed(Path::new("/proc")).unwrap_or_default().into_iter().filter_map(|(name, _)| name.parse().ok());
+    let mut pids: Vec<u32> = pids.filter(|pid| !ours.contains(pid) && belongs_to(*pid, address)).collect();
+    pids.sort_unstable();
+    pids
+}
+
+fn belongs_to(pid: u32, address: &Address) -> bool {
+    let uid = rustix::process::geteuid().as_raw();
+    let root = address.root().as_os_str().as_encoded_bytes();
+    std::fs::metadata(format!("/proc/{pid}")).is_ok_and(|meta| meta.uid() == uid)
+        && std::fs::read(format!("/proc/{pid}/cmdline"))
+            .is_ok_and(|line| line.windows(root.len()).any(|window| window == root))
+}
+
+fn ancestors() -> Vec<u32> {
+    let mut pids = vec![std::process::id()];
+    while let Some(parent) = pids.last().and_then(|&pid| parent_of(pid)).filter(|parent| !pids.contains(parent)) {
+        pids.push(parent);
+    }
+    pids
+}
+
+fn parent_of(pid: u32) -> Option<u32> {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    status.lines().find_map(|line| line.strip_prefix("PPid:"))?.trim().parse().ok().filter(|&parent| parent > 0)
+}
+
+fn listed(directory: &Path) -> Result<Vec<(String, std::path::PathBuf)>> {
+    let entries = std::fs::read_dir(directory).map_err(|e| BusError::io(directory, "read the directory", e))?;
+    let named = |entry: std::fs::DirEntry| Some((entry.file_name().into_string().ok()?, entry.path()));
+    Ok(entries.filter_map(|entry| named(entry.ok()?)).collect())
+}
+
+fn bytes_below(path: &Path) -> u64 {
+    let Ok(meta) = std::fs::symlink_metadata(path) else { return 0 };
+    let below = if meta.is_dir() { listed(path).unwrap_or_default() } else { Vec::new() };
+    meta.blocks() * 512 + below.iter().map(|(_, path)| bytes_below(path)).sum::<u64>()
+}

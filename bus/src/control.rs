@@ -1,0 +1,220 @@
+//! Orders to the world, and notices from it. Never in the tick.
+//!
+//! These are two streams between two long-lived processes, in which nothing may be lost or change places, whatever
+//! happens to the daemon meanwhile: rings in files (`ring.rs` says why), and a named pipe that wakes the daemon.
+
+use crate::bell::Bell;
+use crate::node::Node;
+use crate::ring::Ring;
+use crate::{Address, BusError, Result};
+use protocol::codec;
+use protocol::daemon_to_world::Order;
+use protocol::world_to_daemon::Notice;
+use std::collections::VecDeque;
+use std::os::fd::{AsFd, BorrowedFd};
+
+const ORDERS: &str = "orders";
+const NOTICES: &str = "notices";
+const NOTICES_BELL: &str = "notices.bell";
+/// An order with a robot in it takes up to a few kilobytes.
+const ORDERS_BYTES: usize = 256 * 1024;
+/// Room for 8192 messages of up to 120 bytes; an `Expect` or `Kill` takes 16, so for 65 536 of those.
+const NOTICES_BYTES: usize = 1024 * 1024;
+/// Notices that wait in the world's memory when the ring is full. Beyond this the daemon has been gone for so long, and
+/// the run has been so busy, that counting is all that is left.
+const BACKLOG_MAX: usize = 65_536;
+
+pub(crate) const BYTES_NEEDED: u64 = (ORDERS_BYTES + NOTICES_BYTES) as u64;
+
+/// Makes both streams.
+pub(crate) fn create(address: &Address) -> Result<()> {
+    Ring::create(address, ORDERS, ORDERS_BYTES)?;
+    Ring::create(address, NOTICES, NOTICES_BYTES)?;
+    Bell::create(address, NOTICES_BELL)
+}
+
+pub(crate) fn encoded<T: serde::Serialize>(what: &'static str, message: &T) -> Result<Vec<u8>> {
+    codec::encode(message).map_err(|e| BusError::new(what, "encode it", e.to_string(), "this is a bug in shoal"))
+}
+
+/// The daemon's end of the orders.
+///
+/// An order that finds the ring full waits here, in order, and goes out with the next [`OrderSender::flush`]. Ring the
+/// world afterwards ([`Gate::ring_world`](crate::Gate::ring_world)) if it may be asleep in the gate.
+pub struct OrderSender {
+    ring: Ring,
+    waiting: VecDeque<Vec<u8>>,
+}
+
+impl OrderSender {
+    /// Becomes the sender of orders. There must be one at a time.
+    ///
+    /// # Errors
+    /// When the fleet's services are not there.
+    pub fn open(node: &Node) -> Result<OrderSender> {
+        Ok(OrderSender { ring: Ring::open(node.address(), ORDERS)?, waiting: VecDeque::new() })
+    }
+
+    /// Hands an order over, or keeps it until there is room.
+    ///
+    /// # Errors
+    /// When it is larger than everything that fits, which no order is.
+    pub fn send(&mut self, order: &Order) -> Result<()> {
+        let bytes = encoded("order", order)?;
+        if !self.ring.could_hold(bytes.len()) {
+            return Err(BusError::new("order", "send it", "it is too large", "this is a bug in shoal"));
+        }
+        self.waiting.push_back(bytes);
+        self.flush();
+        Ok(())
+    }
+
+    /// Hands over what waits, as far as there is room; how many orders wait still.
+    pub fn flush(&mut self) -> usize {
+        flush(&self.ring, &mut self.waiting)
+    }
+}
+
+/// The world's end of the orders.
+pub struct OrderReceiver {
+    ring: Ring,
+}
+
+impl OrderReceiver {
+    /// Becomes the receiver of orders. There must be one at a time.
+    ///
+    /// # Errors
+    /// When the fleet's services are not there.
+    pub fn open(node: &Node) -> Result<OrderReceiver> {
+        Ok(OrderReceiver { ring: Ring::open(node.address(), ORDERS)? })
+    }
+
+    /// The next order, if there is one. No system call.
+    pub fn take(&mut self) -> Option<Order> {
+        take(&self.ring)
+    }
+}
+
+/// The world's end of the notices. It never blocks.
+///
+/// While the daemon does not read (stopped, or dead), notices fill the ring: 8192 of up to 120 bytes at least. Then
+/// [`Notice::Log`] entries are dropped and counted (the outcome holds the log as well), and all others wait in this
+/// process's memory, in order, until there is room.
+pub struct NoticeSender {
+    ring: Ring,
+    bell: Bell,
+    waiting: VecDeque<Vec<u8>>,
+}
+
+impl NoticeSender {
+    /// Becomes the sender of notices. There must be one at a time.
+    ///
+    /// # Errors
+    /// When the fleet's services are not there.
+    pub fn open(node: &Node) -> Result<NoticeSender> {
+        let (ring, bell) = (Ring::open(node.address(), NOTICES)?, Bell::open(node.address(), NOTICES_BELL)?);
+        Ok(NoticeSender { ring, bell, waiting: VecDeque::new() })
+    }
+
+    /// Hands a notice over and wakes the daemon.
+    pub fn send(&mut self, notice: &Notice) {
+        self.flush();
+        let Ok(bytes) = encoded("notice", notice) else {
+            // No notice holds anything that cannot be encoded.
+            return self.ring.count_lost();
+        };
+        if self.waiting.is_empty() && self.ring.push(&bytes) {
+            self.ring_bell();
+        } else if matches!(notice, Notice::Log(_)) || self.waiting.len() >= BACKLOG_MAX {
+            self.ring.count_lost();
+        } else {
+            self.waiting.push_back(bytes);
+        }
+    }
+
+    /// Hands over what waits, as far as there is room; how many notices wait still. To be called now and then (each
+    /// tick: it costs nothing when nothing waits).
+    pub fn flush(&mut self) -> usize {
+        let before = self.waiting.len();
+        let after = flush(&self.ring, &mut self.waiting);
+        if after < before {
+            self.ring_bell();
+        }
+        after
+    }
+
+    /// Notices that were dropped so far.
+    pub fn lost(&self) -> u64 {
+        self.ring.lost()
+    }
+
+    /// One write per batch: the flag is cleared by the reader before it looks, so either it sees the message that was
+    /// pushed before this exchange, or this exchange finds the flag clear and writes.
+    fn ring_bell(&self) {
+        if !self.ring.swap_rung(true) {
+            self.bell.ring();
+        }
+    }
+}
+
+/// The daemon's end of the notices, with a descriptor for `poll`: readable when there is something to take.
+///
+/// Call [`NoticeReceiver::take`] until it gives nothing, and only then sleep.
+pub struct NoticeReceiver {
+    ring: Ring,
+    bell: Bell,
+}
+
+impl NoticeReceiver {
+    /// Becomes the receiver of notices. There must be one at a time; a new one goes on where a dead one stopped.
+    ///
+    /// # Errors
+    /// When the fleet's services are not there.
+    pub fn open(node: &Node) -> Result<NoticeReceiver> {
+        Ok(NoticeReceiver {
+            ring: Ring::open(node.address(), NOTICES)?,
+            bell: Bell::open(node.address(), NOTICES_BELL)?,
+        })
+    }
+
+    /// The next notice, if there is one. A system call only once per batch.
+    pub fn take(&mut self) -> Option<Notice> {
+        if let Some(notice) = take(&self.ring) {
+            return Some(notice);
+        }
+        if !self.ring.is_rung() {
+            // A notice that came since the first look set the flag after it was pushed.
+            return take(&self.ring);
+        }
+        self.ring.swap_rung(false);
+        self.bell.drain();
+        take(&self.ring)
+    }
+
+    /// Notices that were dropped so far, see [`NoticeSender`].
+    pub fn lost(&self) -> u64 {
+        self.ring.lost()
+    }
+}
+
+impl AsFd for NoticeReceiver {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.bell.as_fd()
+    }
+}
+
+fn flush(ring: &Ring, waiting: &mut VecDeque<Vec<u8>>) -> usize {
+    while waiting.front().is_some_and(|bytes| ring.push(bytes)) {
+        waiting.pop_front();
+    }
+    waiting.len()
+}
+
+/// What cannot be decoded is skipped: both ends are the same build, so it would be damage.
+fn take<T: serde::de::DeserializeOwned>(ring: &Ring) -> Option<T> {
+    loop {
+        if let Ok(message) = codec::decode(&ring.pop()?) {
+            return Some(message);
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! How the processes of a fleet reach each other: the one crate that names iceoryx2's ports, and the owner of the
+//! few pieces of shared memory that iceoryx2 has no form for.
+//!
+//! ```text
+//! world_board   world -> robots     odometry, neighbours, things in sight        iceoryx2 blackboard
+//! robot_board   robot -> everybody  pose pair and command, one board per life    iceoryx2 blackboard
+//! gate          world <-> robots    tick, answers, stop, start, progress         futex words in a file
+//! frames        world -> observers  whole frames                                 iceoryx2 publish-subscribe
+//! control       daemon <-> world    orders and notices                           ring in a file, and a bell
+//! operator      operator -> daemon  requests and replies                         iceoryx2 request-response
+//! stats         any -> daemon       latency histograms and counters              counters in a file
+//! ```
+//!
+//! A fleet lives in an [`Address`]: one directory on tmpfs and one prefix for shared-memory objects beside it. Whoever
+//! removes both has removed the fleet ([`clean`]); a [`Lease`] says whether somebody still looks after it.
+//!
+//! Nothing in here decides anything about robots, nothing spins, and no wait is without a bound.
+
+pub mod address;
+mod bell;
+mod board;
+pub mod clean;
+pub mod clock;
+pub mod control;
+pub mod error;
+pub mod frames;
+pub mod gate;
+pub mod lock;
+mod map;
+pub mod node;
+pub mod operator;
+pub mod process;
+mod ring;
+pub mod robot_board;
+pub mod services;
+pub mod sizes;
+pub mod stats;
+pub mod world_board;
+
+pub use address::Address;
+pub use clean::{FleetEntry, SweepReport};
+pub use control::{NoticeReceiver, NoticeSender, OrderReceiver, OrderSender};
+pub use error::BusError;
+pub use frames::{FramePublisher, FrameSubscriber};
+pub use gate::{Gate, Progress, TickWait};
+pub use lock::Lease;
+pub use node::Node;
+pub use operator::{OperatorClient, OperatorServer, Responder};
+pub use robot_board::{RobotReader, RobotWriter};
+pub use services::Services;
+pub use sizes::Sizes;
+pub use stats::{Counter, Metric, Percentiles, StatsSnapshot, StatsWriter};
+pub use world_board::{WorldObserver, WorldReader, WorldWriter};
+
+/// What every fallible call of this crate returns.
+pub type Result<T, E = BusError> = std::result::Result<T, E>;

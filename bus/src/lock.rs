@@ -1,0 +1,101 @@
+//! Whether somebody still looks after a fleet.
+
+use crate::{Address, BusError, Result};
+use rustix::fs::{CWD, FlockOperation, Mode, OFlags, RenameFlags, flock, open, renameat_with};
+use rustix::io::Errno;
+use std::os::fd::OwnedFd;
+use std::time::Duration;
+
+/// A root without a lease is one that is just being made, up to this age.
+const NEWBORN: Duration = Duration::from_secs(10);
+
+/// Held by the daemon and by the guardian for as long as they live: a shared `flock`, which the kernel takes back
+/// from whoever dies. A fleet whose lease nobody holds is abandoned, and may be removed by anybody of this user.
+#[derive(Debug)]
+pub struct Lease {
+    _held: OwnedFd,
+}
+
+impl Lease {
+    /// Takes the lease. The descriptor is closed on exec: children do not hold it by accident.
+    ///
+    /// # Errors
+    /// When the file cannot be made or locked.
+    pub fn take(address: &Address) -> Result<Lease> {
+        let path = address.file("lease");
+        let failed = |e: Errno| BusError::io(&path, "take the lease", e);
+        let flags = OFlags::RDWR | OFlags::CLOEXEC | OFlags::NOFOLLOW;
+        loop {
+            match open(&path, flags, Mode::empty()) {
+                Ok(file) => {
+                    // Blocks only while somebody tests the lease, which takes microseconds.
+                    rustix::io::retry_on_intr(|| flock(&file, FlockOperation::LockShared)).map_err(failed)?;
+                    return Ok(Lease { _held: file });
+                }
+                Err(Errno::NOENT) => {}
+                Err(e) => return Err(failed(e)),
+            }
+            // The first one: the file gets its name only when it is locked, so that nobody ever finds a new fleet's
+            // lease free.
+            let draft = address.file(&format!(".lease.{}", rustix::process::getpid().as_raw_nonzero()));
+            let file = open(&draft, flags | OFlags::CREATE, Mode::RUSR | Mode::WUSR).map_err(failed)?;
+            flock(&file, FlockOperation::NonBlockingLockShared).map_err(failed)?;
+            match renameat_with(CWD, &draft, CWD, &path, RenameFlags::NOREPLACE) {
+                Ok(()) => return Ok(Lease { _held: file }),
+                Err(Errno::EXIST) => rustix::fs::unlink(&draft).map_err(failed)?,
+                Err(e) => return Err(failed(e)),
+            }
+        }
+    }
+
+    /// Whether nobody holds the lease of this fleet. A fleet that is not there is not abandoned, it is gone.
+    ///
+    /// # Errors
+    /// When the file cannot be opened or locked.
+    pub fn is_abandoned(address: &Address) -> Result<bool> {
+        Ok(Lease::seize(address)?.is_some())
+    }
+
+    /// The exclusive lease of an abandoned fleet, for the one who removes it; `None` if somebody holds it, or if there
+    /// is no fleet. A root that was left without a lease long ago has none to give, and is abandoned all the same.
+    pub(crate) fn seize(address: &Address) -> Result<Option<Option<Lease>>> {
+        let path = address.file("lease");
+        let file = match open(&path, OFlags::RDWR | OFlags::CLOEXEC | OFlags::NOFOLLOW, Mode::empty()) {
+            Ok(file) => file,
+            Err(Errno::NOENT) => {
+                let age =
+                    std::fs::symlink_metadata(address.root()).and_then(|meta| meta.modified()).map(|at| at.elapsed());
+                return Ok(matches!(age, Ok(Ok(age)) if age > NEWBORN).then_some(None));
+            }
+            Err(e) => return Err(BusError::io(&path, "test the lease", e)),
+        };
+        match rustix::io::retry_on_intr(|| flock(&file, FlockOperation::NonBlockingLockExclusive)) {
+            Ok(()) => Ok(Some(Some(Lease { _held: file }))),
+            Err(Errno::WOULDBLOCK) => Ok(None),
+            Err(e) => Err(BusError::io(&path, "test the lease", e)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fleet_is_abandoned_when_the_last_lease_is_gone() {
+        let address = Address::create().unwrap();
+        assert!(!Lease::is_abandoned(&address).unwrap(), "newborn");
+        let daemon = Lease::take(&address).unwrap();
+        let guardian = Lease::take(&address).unwrap();
+        assert!(!Lease::is_abandoned(&address).unwrap());
+        drop(daemon);
+        assert!(!Lease::is_abandoned(&address).unwrap());
+        drop(guardian);
+        assert!(Lease::is_abandoned(&address).unwrap());
+        let again = Lease::take(&address).unwrap();
+        assert!(!Lease::is_abandoned(&address).unwrap());
+        drop(again);
+        crate::clean::sweep(&address);
+        assert!(!Lease::is_abandoned(&address).unwrap(), "gone");
+    }
+}

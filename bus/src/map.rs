@@ -1,0 +1,126 @@
+//! Files on tmpfs that several processes map: the only module that turns addresses into references.
+
+use crate::{Address, BusError, Result};
+use rustix::fs::{FallocateFlags, Mode, OFlags};
+use rustix::mm::{MapFlags, ProtFlags};
+use std::path::Path;
+use std::ptr::NonNull;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+/// A mapped file. Words in it are only ever touched as atomics, byte ranges only through [`Mapping::write`] and
+/// [`Mapping::read`], so a process that misbehaves can spoil values but not our memory safety.
+pub(crate) struct Mapping {
+    base: NonNull<u8>,
+    len: usize,
+}
+
+// SAFETY: the mapping is a plain range of shared memory, not tied to a thread; access is through atomics, or through
+// `read` and `write`, whose callers order them.
+unsafe impl Send for Mapping {}
+// SAFETY: as above.
+unsafe impl Sync for Mapping {}
+
+impl Mapping {
+    /// Makes a file of `len` zero bytes in the root, lets `fill` write its beginning, and only then gives it its name:
+    /// whoever opens it finds it whole. All of its memory is reserved here, so a full tmpfs is an error now, not a
+    /// SIGBUS later.
+    pub(crate) fn create(address: &Address, name: &str, len: usize, fill: impl FnOnce(&Mapping)) -> Result<Mapping> {
+        let path = address.file(name);
+        let draft = address.file(&format!("{name}.draft{}", rustix::process::getpid().as_raw_nonzero()));
+        let failed = |action: &'static str| {
+            let path = &path;
+            move |e: rustix::io::Errno| BusError::io(path, action, e)
+        };
+        let flags = OFlags::RDWR | OFlags::CREATE | OFlags::TRUNC | OFlags::CLOEXEC | OFlags::NOFOLLOW;
+        let file = rustix::fs::open(&draft, flags, Mode::RUSR | Mode::WUSR).map_err(failed("make the file"))?;
+        let made = rustix::io::retry_on_intr(|| rustix::fs::fallocate(&file, FallocateFlags::empty(), 0, len as u64))
+            .map_err(failed("reserve its memory"))
+            .and_then(|()| Mapping::map(&path, &file, len))
+            .and_then(|mapping| {
+                fill(&mapping);
+                // Everything above becomes visible before the name does: the rename is a system call, and the opener
+                // goes through the same directory.
+                std::sync::atomic::fence(Ordering::Release);
+                rustix::fs::rename(&draft, &path).map_err(failed("name the file"))?;
+                Ok(mapping)
+            });
+        if made.is_err() {
+            let _ = rustix::fs::unlink(&draft);
+        }
+        made
+    }
+
+    /// Maps a file in the root that another process made. `magic` is what its first word must be.
+    pub(crate) fn open(address: &Address, name: &str, magic: u64) -> Result<Mapping> {
+        let path = address.file(name);
+        let file = rustix::fs::open(&path, OFlags::RDWR | OFlags::CLOEXEC | OFlags::NOFOLLOW, Mode::empty())
+            .map_err(|e| BusError::io(&path, "open the file", e))?;
+        let size = rustix::fs::fstat(&file).map_err(|e| BusError::io(&path, "open the file", e))?.st_size;
+        let len = usize::try_from(size).unwrap_or(0);
+        let damaged = || {
+            BusError::new(
+                format!("`{}`", path.display()),
+                "use the file",
+                "it has not the form that this build expects",
+                "all processes of a fleet must come from the same build",
+            )
+        };
+        if len < 64 {
+            return Err(damaged());
+        }
+        let mapping = Mapping::map(&path, &file, len)?;
+        if mapping.u64_at(0).load(Ordering::Acquire) == magic { Ok(mapping) } else { Err(damaged()) }
+    }
+
+    fn map(path: &Path, file: &impl std::os::fd::AsFd, len: usize) -> Result<Mapping> {
+        // POPULATE: page faults belong to the start, not to the loop.
+        let (protection, flags) = (ProtFlags::READ | ProtFlags::WRITE, MapFlags::SHARED | MapFlags::POPULATE);
+        // SAFETY: a fresh mapping at an address of the kernel's choice replaces nothing.
+        let base = unsafe { rustix::mm::mmap(std::ptr::null_mut(), len, protection, flags, file, 0) }
+            .map_err(|e| BusError::io(path, "map the file", e))?;
+        let base = NonNull::new(base.cast::<u8>()).expect("mmap does not return null");
+        Ok(Mapping { base, len })
+    }
+
+    /// How many bytes it has.
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// The 32-bit word at this offset.
+    pub(crate) fn u32_at(&self, offset: usize) -> &AtomicU32 {
+        assert!(offset.is_multiple_of(4) && offset + 4 <= self.len, "word {offset} of {}", self.len);
+        // SAFETY: in bounds and aligned (the base is page aligned), and alive as long as `self`. Every process touches
+        // this word as an atomic only.
+        unsafe { self.base.add(offset).cast::<AtomicU32>().as_ref() }
+    }
+
+    /// The 64-bit word at this offset.
+    pub(crate) fn u64_at(&self, offset: usize) -> &AtomicU64 {
+        assert!(offset.is_multiple_of(8) && offset + 8 <= self.len, "word {offset} of {}", self.len);
+        // SAFETY: as for `u32_at`.
+        unsafe { self.base.add(offset).cast::<AtomicU64>().as_ref() }
+    }
+
+    /// Copies bytes in. The caller owns this range until it publishes it with a `Release` store of a word.
+    pub(crate) fn write(&self, offset: usize, bytes: &[u8]) {
+        assert!(offset.checked_add(bytes.len()).is_some_and(|end| end <= self.len));
+        // SAFETY: in bounds; `bytes` is private memory, so the two do not overlap.
+        unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), self.base.add(offset).as_ptr(), bytes.len()) }
+    }
+
+    /// Copies bytes out. The caller has seen, with `Acquire`, the word that published this range.
+    pub(crate) fn read(&self, offset: usize, bytes: &mut [u8]) {
+        assert!(offset.checked_add(bytes.len()).is_some_and(|end| end <= self.len));
+        // SAFETY: in bounds; `bytes` is private memory, so the two do not overlap. Any bytes are valid `u8`s.
+        unsafe { std::ptr::copy_nonoverlapping(self.base.add(offset).as_ptr(), bytes.as_mut_ptr(), bytes.len()) }
+    }
+}
+
+impl Drop for Mapping {
+    fn drop(&mut self) {
+        // SAFETY: this is the range that `map` made, and no reference into it outlives `self`. An error would mean a
+        // wrong range, and there is nothing to do about it here.
+        let _ = unsafe { rustix::mm::munmap(self.base.as_ptr().cast(), self.len) };
+    }
+}

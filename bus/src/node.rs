@@ -1,0 +1,83 @@
+//! One participant of a fleet: the iceoryx2 node of a process.
+#![expect(clippy::disallowed_methods, reason = "SHOAL_LOG is read here")]
+
+use crate::{Address, BusError, Result};
+use iceoryx2::prelude::*;
+use std::sync::Once;
+use std::time::Duration;
+
+/// The service variant: POSIX shared memory, one thread per port. We use none of its events.
+pub(crate) type Ipc = ipc::Service;
+
+/// How long an opener waits for a service that another process is just creating.
+const CREATION_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// A process's membership in a fleet. One per process; ports keep it alive.
+#[derive(Debug)]
+pub struct Node {
+    inner: iceoryx2::node::Node<Ipc>,
+    address: Address,
+}
+
+impl Node {
+    /// Joins the fleet at `address`. `name` is for people who look with iceoryx2's tools.
+    ///
+    /// iceoryx2's own clean-up is off: left on, every node that comes or goes looks at every other one, which makes a
+    /// start quadratic. The daemon's [`janitor`](crate::clean::janitor) does it instead. Its signal handlers are off
+    /// as well, and it logs nothing unless the environment variable `SHOAL_LOG` names a level.
+    ///
+    /// # Errors
+    /// When the fleet's directory is gone, or shared memory or open files have run out.
+    pub fn new(address: &Address, name: &str) -> Result<Node> {
+        quiet();
+        let object = format!("node `{name}` of fleet `{}`", address.id());
+        let failed = |cause: &dyn std::fmt::Debug| BusError::port(&object, "join the fleet", cause);
+        // iceoryx2 would make a missing root again, for every user to look into.
+        Address::at(address.root())?;
+        let mut config = Config::default();
+        config.global.prefix = FileName::new(address.prefix().as_bytes()).map_err(|e| failed(&e))?;
+        let root = address.root().as_os_str().as_encoded_bytes();
+        config.global.set_root_path(&Path::new(root).map_err(|e| failed(&e))?);
+        config.global.creation_timeout = CREATION_TIMEOUT;
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
+        let inner = NodeBuilder::new()
+            .name(&NodeName::new(name).map_err(|e| failed(&e))?)
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Ipc>()
+            .map_err(|e| failed(&e))?;
+        Ok(Node { inner, address: address.clone() })
+    }
+
+    /// The fleet it belongs to.
+    pub fn address(&self) -> &Address {
+        &self.address
+    }
+
+    pub(crate) fn inner(&self) -> &iceoryx2::node::Node<Ipc> {
+        &self.inner
+    }
+
+    pub(crate) fn service(&self, name: &str) -> iceoryx2::service::builder::Builder<Ipc> {
+        let name = ServiceName::new(name).expect("our service names are short and plain");
+        self.inner.service_builder(&name)
+    }
+}
+
+/// Keeps iceoryx2 silent, or as loud as `SHOAL_LOG` says. It writes to stderr only.
+fn quiet() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let level = match std::env::var("SHOAL_LOG").unwrap_or_default().to_ascii_lowercase().as_str() {
+            "trace" => LogLevel::Trace,
+            "debug" => LogLevel::Debug,
+            "info" => LogLevel::Info,
+            "warn" => LogLevel::Warn,
+            "error" => LogLevel::Error,
+            _ => LogLevel::Fatal,
+        };
+        set_log_level(level);
+    });
+}

@@ -1,0 +1,149 @@
+//! How large a fleet can become, and what that takes.
+#![expect(clippy::disallowed_methods, reason = "the sizes of a fleet are a file in its root")]
+
+use crate::{Address, BusError, Result, control, frames, operator, stats};
+use protocol::world_to_robot::{NeighborList, Odometry, Piece, SensedList};
+use std::path::Path;
+
+/// Everything that shared memory is made for, once, when the fleet starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sizes {
+    /// How many robots the fleet can hold, late joiners included.
+    pub max_robots: u32,
+    /// How many pieces the obstacles of the world have.
+    pub shape_pieces: u32,
+}
+
+/// Places for the world, the daemon, observers and operators.
+const SPARE: usize = 32;
+const FILE: &str = "sizes";
+const KIB: u64 = 1024;
+
+impl Sizes {
+    /// How many processes may take part in a service at once: twice the fleet, because a dead one keeps its place until
+    /// the janitor comes, and some.
+    pub fn participants_max(&self) -> usize {
+        2 * self.max_robots as usize + SPARE
+    }
+
+    /// How many pieces there are: those of the obstacles, then one per robot.
+    pub fn pieces(&self) -> u32 {
+        self.shape_pieces + self.max_robots
+    }
+
+    /// How many bodies a frame can hold: the robots, and the moving obstacles, each of which has a piece at least.
+    pub(crate) fn frame_bodies_max(&self) -> usize {
+        self.pieces() as usize
+    }
+
+    /// The shared memory that the whole fleet needs, bytes: what its parts take with all their pages touched, and a
+    /// quarter more. `tests/scale.rs` holds it against what is really used.
+    pub fn bytes_needed(&self) -> u64 {
+        let robots = u64::from(self.max_robots);
+        let participants = self.participants_max() as u64;
+        let entry = |size: usize| 16 + 2 * size as u64;
+        // iceoryx2 describes an entry in some 400 bytes.
+        let per_slot = entry(size_of::<Odometry>()) + entry(size_of::<NeighborList>()) + entry(size_of::<SensedList>());
+        let world = robots * (per_slot + 3 * 400)
+            + u64::from(self.pieces()) * (entry(size_of::<Piece>()) + 400)
+            + participants * 200;
+        // Three objects and a file per board, a few pages of which are used, and some room per participant. Half as many
+        // again for the boards of earlier lives that neighbours still have open.
+        let boards = robots * 3 / 2 * (24 * KIB + participants * 96);
+        let nodes = participants * 12 * KIB;
+        let specs = robots * (8 * KIB + 64 * u64::from(self.shape_pieces));
+        let gate = 4 * KIB + robots * 64;
+        let stats = (robots + 2) * stats::FILE_BYTES_MAX;
+        let control = control::BYTES_NEEDED + operator::bytes_needed(*self);
+        (world + boards + nodes + specs + gate + stats + control + frames::bytes_needed(*self)) * 5 / 4
+    }
+
+    /// Refuses a fleet that does not fit. Writing to a full tmpfs is not an error but a SIGBUS, so this comes first.
+    ///
+    /// # Errors
+    /// When less is free than the fleet needs.
+    pub fn check_space(&self, address: &Address) -> Result<()> {
+        let stat = rustix::fs::statvfs(address.root())
+            .map_err(|e| BusError::io(address.root(), "ask for the free space", e))?;
+        let (needed, free) = (self.bytes_needed(), stat.f_bavail.saturating_mul(stat.f_frsize));
+        if free < needed {
+            return Err(BusError::new(
+                format!("`{}`", crate::address::SHM),
+                "hold the fleet",
+                format!("{} robots need {needed} bytes of shared memory, {free} are free", self.max_robots),
+                "enlarge it (`mount -o remount,size=2G /dev/shm`, or `--shm-size` of a container), remove what dead \
+                 fleets left (`shoal clean`), or lower max_robots",
+            ));
+        }
+        // Every file takes an inode; a tmpfs can be out of those too. Zero in all: no limit.
+        let files = 64 + 40 * u64::from(self.max_robots);
+        if stat.f_files > 0 && stat.f_favail < files {
+            return Err(BusError::new(
+                format!("`{}`", crate::address::SHM),
+                "hold the fleet",
+                format!("{} robots need {files} files, {} are free", self.max_robots, stat.f_favail),
+                "`mount -o remount,nr_inodes=0 /dev/shm`, or lower max_robots",
+            ));
+        }
+        Ok(())
+    }
+
+    pub(crate) fn store(&self, address: &Address) -> Result<()> {
+        let path = address.file(FILE);
+        let draft = address.file(".sizes");
+        let failed = |e| BusError::io(&path, "write the sizes", e);
+        std::fs::write(&draft, format!("{} {}\n", self.max_robots, self.shape_pieces)).map_err(failed)?;
+        std::fs::rename(&draft, &path).map_err(failed)
+    }
+
+    /// The sizes that a fleet was made for.
+    ///
+    /// # Errors
+    /// When the fleet is gone, or not made yet.
+    pub fn of(address: &Address) -> Result<Sizes> {
+        let path = address.file(FILE);
+        let text = std::fs::read_to_string(&path).map_err(|e| BusError::io(&path, "read the sizes", e))?;
+        Sizes::parse(&text).ok_or_else(|| damaged(&path))
+    }
+
+    fn parse(text: &str) -> Option<Sizes> {
+        let mut words = text.split_ascii_whitespace().map(str::parse);
+        Some(Sizes { max_robots: words.next()?.ok()?, shape_pieces: words.next()?.ok()? })
+    }
+}
+
+fn damaged(path: &Path) -> BusError {
+    BusError::new(
+        format!("`{}`", path.display()),
+        "read the sizes",
+        "it does not hold two numbers",
+        "all processes of a fleet must come from the same build",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fleet_that_does_not_fit_is_refused_with_both_numbers() {
+        let address = Address::create().unwrap();
+        let huge = Sizes { max_robots: 50_000_000, shape_pieces: 0 };
+        let error = huge.check_space(&address).unwrap_err();
+        crate::clean::sweep(&address);
+        assert!(error.to_string().contains(&huge.bytes_needed().to_string()), "{error}");
+        assert!(error.hint().unwrap().contains("/dev/shm"));
+    }
+
+    #[test]
+    fn sizes_are_found_again() {
+        let address = Address::create().unwrap();
+        let sizes = Sizes { max_robots: 15, shape_pieces: 8 };
+        sizes.store(&address).unwrap();
+        let found = Sizes::of(&address);
+        crate::clean::sweep(&address);
+        assert_eq!(found, Ok(sizes));
+        assert!(Sizes::of(&address).unwrap_err().is_missing());
+        assert_eq!(Sizes::parse("15"), None);
+    }
+}

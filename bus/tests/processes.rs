@@ -1,0 +1,227 @@
+//! What only real processes can show: futexes and histograms across address spaces, SIGKILL, and what is left behind.
+#![expect(clippy::disallowed_methods, reason = "tests look at files and clocks")]
+
+mod common;
+
+use common::{Home, home_of_child};
+use protocol::Seat;
+use protocol::operator_to_daemon::{Reply, Request};
+use protocol::robot_to_world::Command;
+use protocol::world_to_robot::Odometry;
+use shoal_bus::{
+    Counter, FrameSubscriber, Gate, Metric, Node, OperatorClient, OperatorServer, RobotReader, RobotWriter, Services,
+    Sizes, StatsWriter, TickWait, WorldReader, WorldWriter, clean, clock, stats,
+};
+use std::time::{Duration, Instant};
+
+const SIZES: Sizes = Sizes { max_robots: 6, shape_pieces: 2 };
+const TIMEOUT: Duration = Duration::from_secs(20);
+
+fn seat(slot: u32, incarnation: u32) -> Seat {
+    Seat { slot, incarnation }
+}
+
+fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
+    let deadline = Instant::now() + TIMEOUT;
+    while !condition() {
+        assert!(Instant::now() < deadline, "{what} within {TIMEOUT:?}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Files and objects of a fleet that exist.
+fn left_of(home: &Home) -> Vec<String> {
+    let all = std::fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    all.filter(|name| name.contains(home.0.id())).collect()
+}
+
+/// A child: finds a free slot, then answers every tick with a command that says which tick.
+#[test]
+fn role_agent() {
+    let Some(address) = home_of_child() else { return };
+    let gate = Gate::open(&address).unwrap();
+    let node = Node::new(&address, "agent").unwrap();
+    // The first slot whose board does not exist is ours.
+    let claim = |seat| Some((seat, RobotWriter::create(&node, seat, SIZES).ok()?));
+    let (seat, mut robot) = (0..3).map(|slot| seat(slot, 0)).find_map(claim).unwrap();
+    let world = WorldReader::open(&node, seat.slot).unwrap();
+    let stats = StatsWriter::create(&address, &format!("{}-{}", seat.slot, seat.incarnation), &[Metric::Wake]).unwrap();
+    gate.announce_ready(seat);
+    let mut last = None;
+    loop {
+        match gate.wait_tick(last, TIMEOUT) {
+            TickWait::Open { tick, stamp_ns } => {
+                last = Some(tick);
+                stats.record(Metric::Wake, clock::now_ns() - stamp_ns);
+                stats.add(Counter::Periods, 1);
+                let odometry = world.odometry();
+                assert_eq!(odometry.tick, tick);
+                robot.command(Command {
+                    tick,
+                    incarnation: seat.incarnation,
+                    first: odometry.x_m,
+                    ..Command::default()
+                });
+                gate.answer(seat, tick);
+            }
+            TickWait::Stopped => return,
+            TickWait::TimedOut => panic!("no tick after {last:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_fleet_of_processes_survives_a_kill() {
+    const TICKS: u64 = 600;
+    const KILL_AT: u64 = 200;
+    let home = Home::new();
+    let daemon = Node::new(&home.0, "daemon").unwrap();
+    let services = Services::create(&daemon, SIZES).unwrap();
+    let gate = Gate::create(&home.0, SIZES.max_robots).unwrap();
+    let mut world = WorldWriter::open(&daemon, SIZES).unwrap();
+    let mut agents: Vec<_> = (0..3).map(|_| home.spawn("role_agent")).collect();
+    // Which process has which seat does not matter.
+    let mut alive: Vec<Seat> = (0..3).map(|slot| seat(slot, 0)).collect();
+    wait_until("three agents are ready", || alive.iter().all(|&seat| gate.is_ready(seat)));
+    let boards: Vec<_> = alive.iter().map(|&seat| RobotReader::open(&daemon, seat).unwrap()).collect();
+
+    for tick in 0..TICKS {
+        for slot in 0..4 {
+            world.odometry(slot, Odometry { tick, x_m: tick as f64 * 0.5, ..Odometry::default() });
+        }
+        if tick == KILL_AT {
+            agents[0].kill();
+        }
+        gate.open_tick(tick, alive.len() as u32, clock::now_ns());
+        let start = Instant::now();
+        loop {
+            gate.wait_answers(tick, Duration::from_millis(100));
+            if alive.iter().all(|&seat| gate.answered(seat, tick)) {
+                break;
+            }
+            if tick == KILL_AT && alive.len() == 3 {
+                // Which one the killed process was: the one that does not answer.
+                if start.elapsed() > Duration::from_millis(300) {
+                    alive.retain(|&seat| gate.answered(seat, tick));
+                    assert_eq!(alive.len(), 2);
+                }
+            }
+            assert!(start.elapsed() < TIMEOUT, "tick {tick}");
+        }
+        let answered =
+            boards.iter().map(RobotReader::command).filter(|c| c.tick == tick && c.first == tick as f64 * 0.5);
+        assert_eq!(answered.count(), alive.len());
+    }
+    gate.stop();
+    for agent in &mut agents[1..] {
+        assert!(agent.0.wait().unwrap().success());
+    }
+    // Nothing that the killed process counted is lost.
+    let mut counts: Vec<u64> =
+        stats::read_all(&home.0).unwrap().iter().map(|(_, snapshot)| snapshot.counter(Counter::Periods)).collect();
+    counts.sort_unstable();
+    assert_eq!(counts[1..], [TICKS, TICKS]);
+    assert!(counts[0] == KILL_AT || counts[0] == KILL_AT + 1, "{counts:?}");
+
+    wait_until("the janitor clears it", || clean::janitor(&daemon) == 1);
+    assert_eq!(clean::janitor(&daemon), 0);
+    assert!(clean::usage(&home.0) > 0);
+    drop((world, gate, services, boards, daemon));
+    let report = clean::sweep(&home.0);
+    assert!(report.root && report.left.is_empty());
+    assert_eq!(left_of(&home), Vec::<String>::new());
+}
+
+/// A child: joins in every way, and stays until it is killed.
+#[test]
+fn role_idler() {
+    let Some(address) = home_of_child() else { return };
+    let node = Node::new(&address, "idler").unwrap();
+    let _world = WorldReader::open(&node, 0).unwrap();
+    let _robot = RobotWriter::create(&node, seat(5, std::process::id()), SIZES).unwrap();
+    let _frames = FrameSubscriber::open(&node).unwrap();
+    Gate::open(&address).unwrap().announce_ready(seat(5, 0));
+    std::thread::sleep(TIMEOUT);
+}
+
+#[test]
+fn places_of_killed_processes_are_cleared() {
+    let home = Home::new();
+    let daemon = Node::new(&home.0, "daemon").unwrap();
+    let _services = Services::create(&daemon, SIZES).unwrap();
+    let gate = Gate::create(&home.0, SIZES.max_robots).unwrap();
+    // Observers have eight places, so without the janitor the ninth would fail.
+    for round in 0..10 {
+        gate.wait_call(Duration::ZERO);
+        let mut idler = home.spawn("role_idler");
+        gate.wait_call(TIMEOUT);
+        assert!(idler.0.try_wait().unwrap().is_none(), "round {round}");
+        idler.kill();
+        wait_until("the janitor clears it", || clean::janitor(&daemon) == 1);
+    }
+}
+
+/// A child: a command of an operator, killed while it waits.
+#[test]
+fn role_operator() {
+    let Some(address) = home_of_child() else { return };
+    let node = Node::new(&address, "operator").unwrap();
+    let client = OperatorClient::open(&node).unwrap();
+    let _ = client.ask(&Request::Status, TIMEOUT);
+}
+
+#[test]
+fn killed_operators_do_not_use_up_the_places() {
+    let home = Home::new();
+    let daemon = Node::new(&home.0, "daemon").unwrap();
+    let _services = Services::create(&daemon, SIZES).unwrap();
+    let mut server = OperatorServer::open(&daemon).unwrap();
+    for _ in 0..20 {
+        let mut operator = home.spawn("role_operator");
+        let mut asked = None;
+        wait_until("the operator asks", || {
+            asked = server.take();
+            asked.is_some()
+        });
+        operator.kill();
+        asked.unwrap().1.reply(&Reply::Tasked { task: 1 });
+    }
+    // A twenty-first finds a place, and an answer.
+    let mut operator = home.spawn("role_operator");
+    wait_until("the last operator is served", || {
+        while let Some((_, responder)) = server.take() {
+            responder.reply(&Reply::Tasked { task: 1 });
+        }
+        operator.0.try_wait().unwrap().is_some()
+    });
+    assert!(operator.0.wait().unwrap().success());
+}
+
+#[test]
+fn an_abandoned_fleet_is_found_ended_and_removed() {
+    let mut home = Home::new();
+    let lease = home.1.take();
+    let daemon = Node::new(&home.0, "daemon").unwrap();
+    let services = Services::create(&daemon, SIZES).unwrap();
+    // Something of the fleet that still runs: its command line names the root.
+    let mut orphan = common::Process(
+        std::process::Command::new("sh").args(["-c", "sleep 60; :", "--root"]).arg(home.0.root()).spawn().unwrap(),
+    );
+    let entry = || clean::list_fleets().unwrap().into_iter().find(|entry| entry.address == home.0);
+    wait_until("the orphan shows", || entry().unwrap().processes == [orphan.0.id()]);
+    assert!(!entry().unwrap().abandoned);
+    assert_eq!(clean::clean_if_abandoned(&home.0).unwrap(), None);
+    assert!(home.0.root().is_dir());
+
+    // As after a SIGKILL: the lease goes, what iceoryx2 made stays.
+    std::mem::forget((services, daemon));
+    drop(lease);
+    assert!(entry().unwrap().abandoned);
+    let reaper = std::thread::spawn(move || orphan.0.wait().map(|status| (status.success(), orphan)));
+    let report = clean::clean_if_abandoned(&home.0).unwrap().unwrap();
+    assert!(report.root && report.objects > 0 && report.bytes > 0 && report.left.is_empty(), "{report:?}");
+    assert_eq!(report.killed, 1);
+    assert!(!reaper.join().unwrap().unwrap().0);
+    wait_until("nothing is left", || left_of(&home).is_empty());
+    assert_eq!(entry(), None);
+}

@@ -1,0 +1,339 @@
+//! Every service, between two nodes as two processes have them, and several fleets at once.
+
+mod common;
+
+use common::Home;
+use protocol::Seat;
+use protocol::daemon_to_world::{Absence, Order};
+use protocol::operator_to_daemon::{NewRobot, Reply, Request};
+use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_world::Command;
+use protocol::world_to_daemon::{Event, Notice};
+use protocol::world_to_observer::{FrameBody, FrameHeader};
+use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use shoal_bus::{
+    FramePublisher, FrameSubscriber, Node, NoticeReceiver, NoticeSender, OperatorClient, OperatorServer, OrderReceiver,
+    OrderSender, RobotReader, RobotWriter, Services, Sizes, WorldObserver, WorldReader, WorldWriter, clean,
+};
+use std::os::fd::AsFd;
+use std::time::Duration;
+
+const SIZES: Sizes = Sizes { max_robots: 6, shape_pieces: 3 };
+const TIMEOUT: Duration = Duration::from_secs(10);
+
+struct Fleet {
+    daemon: Node,
+    other: Node,
+    _services: Services,
+    _home: Home,
+}
+
+fn fleet() -> Fleet {
+    let home = Home::new();
+    let daemon = Node::new(&home.0, "daemon").unwrap();
+    let services = Services::create(&daemon, SIZES).unwrap();
+    let other = Node::new(&home.0, "other").unwrap();
+    Fleet { daemon, other, _services: services, _home: home }
+}
+
+fn seat(slot: u32) -> Seat {
+    Seat { slot, incarnation: 0 }
+}
+
+fn is_readable(source: &impl AsFd) -> bool {
+    poll(&mut [PollFd::new(source, PollFlags::IN)], Some(&Timespec { tv_sec: 0, tv_nsec: 0 })).unwrap() == 1
+}
+
+#[test]
+fn a_robot_sees_what_the_world_writes() {
+    let fleet = fleet();
+    let mut world = WorldWriter::open(&fleet.daemon, SIZES).unwrap();
+    let mut robot = WorldReader::open(&fleet.other, 2).unwrap();
+    assert_eq!(robot.odometry(), Odometry::default());
+    assert_eq!(robot.neighbors(), Some(&[][..]), "the first look");
+    assert_eq!(robot.sensed(), Some(&[][..]), "the first look");
+    assert_eq!(robot.neighbors(), None);
+    assert_eq!(robot.sensed(), None);
+
+    let odometry = Odometry { tick: 4, x_m: 1.5, ..Odometry::default() };
+    world.odometry(2, odometry);
+    world.odometry(1, Odometry { tick: 9, ..odometry });
+    assert_eq!(robot.odometry(), odometry);
+    assert_eq!(WorldObserver::open(&fleet.other).unwrap().odometry(1).tick, 9);
+
+    let neighbors = [NeighborRef { slot: 0, incarnation: 2 }, NeighborRef { slot: 5, incarnation: 0 }];
+    world.neighbors(2, &neighbors);
+    world.neighbors(3, &neighbors[..1]);
+    assert_eq!(robot.neighbors(), Some(&neighbors[..]));
+    assert_eq!(robot.neighbors(), None, "it has not changed since");
+    world.neighbors(2, &[]);
+    assert_eq!(robot.neighbors(), Some(&[][..]));
+
+    world.sensed(2, &[1, 8]);
+    assert_eq!(robot.sensed(), Some(&[1, 8][..]));
+    assert_eq!(robot.sensed(), None);
+
+    for (index, ax_m) in [(8, 1.0), (8, 2.0), (0, 3.0)] {
+        let piece = Piece { ax_m, obstacle: index, ..Piece::default() };
+        world.piece(index, piece);
+        assert_eq!(robot.piece(index as u16), piece);
+        assert_eq!(robot.piece(index as u16), piece);
+    }
+    assert_eq!(robot.piece(9).radius_m, 0.0, "6 robots and 3 pieces make indices 0 to 8");
+}
+
+#[test]
+fn there_is_one_world_and_no_slot_beyond_the_last() {
+    let fleet = fleet();
+    let _world = WorldWriter::open(&fleet.daemon, SIZES).unwrap();
+    let error = WorldWriter::open(&fleet.other, SIZES).err().unwrap();
+    assert!(error.to_string().starts_with("board `world`"), "{error}");
+    let error = WorldReader::open(&fleet.other, 6).err().unwrap();
+    assert!(error.is_missing() && error.hint().is_some(), "{error}");
+}
+
+#[test]
+fn robots_hear_each_other_and_lives_are_kept_apart() {
+    let fleet = fleet();
+    let mut first = RobotWriter::create(&fleet.other, seat(4), SIZES).unwrap();
+    let reader = RobotReader::open(&fleet.daemon, seat(4)).unwrap();
+    let mut pair = PosePair::default();
+    for tick in 1..=3 {
+        pair.push(SharedPose { tick, flags: SharedPose::FLAG_SPOKEN, ..SharedPose::default() });
+        first.pose(pair);
+        first.command(Command { tick, ..Command::default() });
+        assert_eq!((reader.pose(), reader.command().tick), (pair, tick));
+    }
+    assert_eq!(reader.pose().before(3).unwrap().tick, 2);
+
+    let next = Seat { incarnation: 1, ..seat(4) };
+    assert!(RobotReader::open(&fleet.daemon, next).err().unwrap().is_missing());
+    assert!(RobotWriter::create(&fleet.daemon, seat(4), SIZES).is_err());
+    let _second = RobotWriter::create(&fleet.other, next, SIZES).unwrap();
+    assert_eq!(RobotReader::open(&fleet.daemon, next).unwrap().pose(), PosePair::default());
+    drop(first);
+    assert_eq!(reader.pose(), pair, "what a robot said stays readable");
+}
+
+#[test]
+fn orders_arrive_in_order_however_many_there_are() {
+    let fleet = fleet();
+    let mut sender = OrderSender::open(&fleet.daemon).unwrap();
+    let mut receiver = OrderReceiver::open(&fleet.other).unwrap();
+    assert_eq!(receiver.take(), None);
+    let order = |task| Order::Task { task, slot: task % 6, goal_m: [f64::from(task), 0.5], now: false };
+    let count = 40_000;
+    (0..count).for_each(|task| sender.send(&order(task)).unwrap());
+    assert!(sender.flush() > 0, "this is more than the ring holds");
+    for task in 0..count {
+        let found = receiver.take().or_else(|| {
+            sender.flush();
+            receiver.take()
+        });
+        assert_eq!(found, Some(order(task)));
+    }
+    assert_eq!((receiver.take(), sender.flush()), (None, 0));
+    sender.send(&Order::Absent { seat: seat(1), cause: Absence::Overdue }).unwrap();
+    // A daemon that takes over goes on where the other one stopped.
+    OrderSender::open(&fleet.other).unwrap().send(&Order::Stop).unwrap();
+    assert!(matches!(receiver.take(), Some(Order::Absent { .. })));
+    assert_eq!(receiver.take(), Some(Order::Stop));
+}
+
+#[test]
+fn notices_wake_the_daemon_once_per_batch() {
+    let fleet = fleet();
+    let mut receiver = NoticeReceiver::open(&fleet.daemon).unwrap();
+    let mut sender = NoticeSender::open(&fleet.other).unwrap();
+    for round in 0..3 {
+        assert!(receiver.take().is_none() && !is_readable(&receiver), "round {round}");
+        for tick in 0..5 {
+            sender.send(&Notice::Expect { seat: seat(1), tick });
+        }
+        assert!(is_readable(&receiver));
+        for tick in 0..5 {
+            assert_eq!(receiver.take(), Some(Notice::Expect { seat: seat(1), tick }));
+        }
+        // One that comes after the last was taken is found, or rings.
+        sender.send(&Notice::Left { seat: seat(2) });
+        assert_eq!(receiver.take(), Some(Notice::Left { seat: seat(2) }));
+    }
+}
+
+#[test]
+fn notices_outlast_a_daemon_that_does_not_read() {
+    let fleet = fleet();
+    let mut sender = NoticeSender::open(&fleet.other).unwrap();
+    let log = |tick| Notice::Log(Event { tick, kind: "contact".into(), slot: Some(1), detail: "x".repeat(90) });
+    for tick in 0..8192 {
+        sender.send(&log(tick));
+    }
+    assert_eq!(sender.lost(), 0, "8192 messages of some 110 bytes have room");
+    for tick in 8192..20_000 {
+        sender.send(&log(tick));
+    }
+    let lost = sender.lost();
+    assert!(lost > 0, "then entries of the log are dropped");
+    for tick in 0..1000 {
+        sender.send(&Notice::Kill { seat: Seat { slot: 0, incarnation: tick } });
+    }
+    assert!(sender.flush() > 0 && sender.lost() == lost, "and everything else waits");
+
+    let mut receiver = NoticeReceiver::open(&fleet.daemon).unwrap();
+    assert!(is_readable(&receiver), "it was rung before anybody listened");
+    let (mut logged, mut killed) = (0, 0);
+    loop {
+        while let Some(notice) = receiver.take() {
+            match notice {
+                Notice::Log(event) => {
+                    assert_eq!((event.tick, killed), (logged, 0), "in order");
+                    logged += 1;
+                }
+                Notice::Kill { seat } => {
+                    assert_eq!(seat.incarnation, killed);
+                    killed += 1;
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        sender.flush();
+        if !is_readable(&receiver) {
+            break;
+        }
+    }
+    assert_eq!((logged + lost, killed, receiver.lost()), (20_000, 1000, lost));
+}
+
+#[test]
+fn operators_are_answered_each_with_its_own() {
+    let fleet = fleet();
+    let mut server = OperatorServer::open(&fleet.daemon).unwrap();
+    let address = fleet.daemon.address();
+    let robots = |count: u32| -> Reply { Reply::Added { robot: format!("robot-{count}"), slot: count } };
+    std::thread::scope(|scope| {
+        for operator in 0..4_u32 {
+            scope.spawn(move || {
+                let node = Node::new(address, "operator").unwrap();
+                let client = OperatorClient::open(&node).unwrap();
+                for i in 0..50 {
+                    let number = operator * 100 + i;
+                    let request = Request::Add(NewRobot { start_m: [f64::from(number), 0.0], ..NewRobot::default() });
+                    assert_eq!(client.ask(&request, TIMEOUT), Ok(robots(number)));
+                }
+            });
+        }
+        let mut served = 0;
+        while served < 4 * 50 {
+            poll(&mut [PollFd::new(&server, PollFlags::IN)], Some(&Timespec { tv_sec: 10, tv_nsec: 0 })).unwrap();
+            while let Some((request, responder)) = server.take() {
+                let Request::Add(robot) = request else { panic!("{request:?}") };
+                assert!(responder.is_awaited());
+                responder.reply(&robots(robot.start_m[0] as u32));
+                served += 1;
+            }
+        }
+    });
+    assert!(server.take().is_none() && !is_readable(&server));
+}
+
+#[test]
+fn an_operator_that_nobody_answers_is_told_so() {
+    let fleet = fleet();
+    let client = OperatorClient::open(&fleet.other).unwrap();
+    let error = client.ask(&Request::Status, TIMEOUT).unwrap_err();
+    assert!(error.to_string().contains("nobody answers") && error.hint().is_some(), "{error}");
+
+    let mut server = OperatorServer::open(&fleet.daemon).unwrap();
+    let client = OperatorClient::open(&fleet.other).unwrap();
+    let error = client.ask(&Request::Status, Duration::from_millis(50)).unwrap_err();
+    assert!(error.to_string().contains("no answer within 0.05 s"), "{error}");
+    // The request of one who gave up may still be there, or not; a reply to it harms nobody.
+    while let Some((_, responder)) = server.take() {
+        responder.reply(&Reply::Tasked { task: 0 });
+    }
+    let error = client.ask(&Request::Status, Duration::from_millis(50)).unwrap_err();
+    assert!(error.to_string().contains("no answer"), "{error}");
+}
+
+#[test]
+fn a_reply_that_is_too_large_becomes_a_refusal() {
+    let fleet = fleet();
+    let mut server = OperatorServer::open(&fleet.daemon).unwrap();
+    let address = fleet.daemon.address();
+    std::thread::scope(|scope| {
+        let operator = scope.spawn(|| {
+            let node = Node::new(address, "operator").unwrap();
+            OperatorClient::open(&node).unwrap().ask(&Request::Status, TIMEOUT)
+        });
+        let responder = loop {
+            poll(&mut [PollFd::new(&server, PollFlags::IN)], Some(&Timespec { tv_sec: 10, tv_nsec: 0 })).unwrap();
+            if let Some((_, responder)) = server.take() {
+                break responder;
+            }
+        };
+        responder.reply(&Reply::Refused { problem: "x".repeat(100_000), hint: None });
+        assert!(matches!(operator.join().unwrap(), Ok(Reply::Refused { problem, .. }) if problem.len() < 100));
+    });
+}
+
+#[test]
+fn frames_go_to_those_who_watch() {
+    let fleet = fleet();
+    let mut world = FramePublisher::open(&fleet.daemon).unwrap();
+    let bodies: Vec<FrameBody> = (0..9).map(|index| FrameBody { index, ..FrameBody::default() }).collect();
+    let frame = |tick| FrameHeader { tick, ..FrameHeader::default() };
+    assert!(!world.is_watched() && world.publish(frame(1), &bodies) == 0);
+
+    let mut observer = FrameSubscriber::open(&fleet.other).unwrap();
+    assert!(world.is_watched());
+    assert_eq!((world.publish(frame(2), &bodies), world.publish(frame(3), &bodies[..2])), (1, 1));
+    assert_eq!(observer.take().unwrap(), Some((frame(2), bodies.clone())));
+    assert_eq!(observer.take().unwrap(), Some((frame(3), bodies[..2].to_vec())));
+    assert_eq!(observer.take().unwrap(), None);
+
+    // Who is slow misses the oldest; the world does not wait. All eight places at once, and no frame is refused.
+    let mut others: Vec<_> = (0..7).map(|_| FrameSubscriber::open(&fleet.other).unwrap()).collect();
+    for tick in 4..300 {
+        assert_eq!(world.publish(frame(tick), &bodies), 8);
+        others[0].take().unwrap();
+    }
+    for subscriber in [&mut observer, &mut others[3]] {
+        let ticks: Vec<u64> =
+            std::iter::from_fn(|| subscriber.take().unwrap()).map(|(header, _)| header.tick).collect();
+        assert_eq!(ticks, (236..300).collect::<Vec<_>>());
+    }
+    assert!(FrameSubscriber::open(&fleet.other).is_err());
+    drop((observer, others));
+    assert!(!world.is_watched());
+}
+
+#[test]
+fn fleets_at_once_do_not_meet() {
+    let fleets = [fleet(), fleet(), fleet()];
+    let mut ends: Vec<_> = fleets
+        .iter()
+        .map(|fleet| {
+            let robot = RobotWriter::create(&fleet.other, seat(0), SIZES).unwrap();
+            (OrderSender::open(&fleet.daemon).unwrap(), WorldWriter::open(&fleet.daemon, SIZES).unwrap(), robot)
+        })
+        .collect();
+    for (i, (orders, world, robot)) in ends.iter_mut().enumerate() {
+        orders.send(&Order::Remove { slot: i as u32 }).unwrap();
+        world.odometry(0, Odometry { tick: i as u64, ..Odometry::default() });
+        robot.command(Command { tick: i as u64, ..Command::default() });
+    }
+    for (i, fleet) in fleets.iter().enumerate() {
+        let mut orders = OrderReceiver::open(&fleet.other).unwrap();
+        assert_eq!((orders.take(), orders.take()), (Some(Order::Remove { slot: i as u32 }), None));
+        assert_eq!(WorldReader::open(&fleet.other, 0).unwrap().odometry().tick, i as u64);
+        assert_eq!(RobotReader::open(&fleet.daemon, seat(0)).unwrap().command().tick, i as u64);
+    }
+    // One ends, and is swept; the others do not notice.
+    let [first, second, _third] = fleets;
+    let address = first.daemon.address().clone();
+    drop(first);
+    assert_eq!(clean::usage(&address), 0);
+    assert!(WorldReader::open(&second.other, 1).is_ok());
+    assert!(clean::list_fleets().unwrap().iter().any(|entry| &entry.address == second.daemon.address()));
+}
