@@ -1,7 +1,7 @@
 //! What the daemon tells an agent when it starts it: a file in the root of the run, read once.
 
-use planners::Obstacle;
 use crate::Seat;
+use planners::Obstacle;
 use scenarios::{Clock, Radio, Robot, Scenario, What};
 use serde::{Deserialize, Serialize};
 

@@ -3,7 +3,6 @@
 use iceoryx2::prelude::ZeroCopySend;
 use planners::Drive;
 
-
 /// The command of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
