@@ -5,6 +5,7 @@
 
 use robot_agent::agent::planner_of;
 use robot_agent::shell::{self, Args};
+use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -15,7 +16,7 @@ fn main() -> ExitCode {
     match args.and_then(|args| shell::run(&args, &mut planner_of, &mut |outputs| outputs.pose.y_m += lie_m)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            let _ = writeln!(std::io::stderr(), "error: {error}");
             ExitCode::from(3)
         }
     }

@@ -12,6 +12,7 @@
 use nalgebra::{Rotation2, Vector2};
 use planners::{Drive, Plan, PlanInput, Planner};
 use robot_agent::shell::{self, Args};
+use std::io::Write;
 use std::process::ExitCode;
 
 struct KeepRight;
@@ -42,7 +43,7 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            let _ = writeln!(std::io::stderr(), "error: {error}");
             ExitCode::from(3)
         }
     }

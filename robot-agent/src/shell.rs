@@ -90,6 +90,9 @@ pub enum ShellError {
     Agent(#[from] AgentError),
 }
 
+/// What makes an agent's planner.
+pub type Build<'a> = dyn FnMut(&AgentSpec) -> Result<Box<dyn Planner>, AgentError> + 'a;
+
 /// Runs the agent with the method that its spec names.
 ///
 /// # Errors
@@ -103,11 +106,7 @@ pub fn main(args: &Args) -> Result<(), ShellError> {
 ///
 /// # Errors
 /// See [`ShellError`].
-pub fn run(
-    args: &Args,
-    build: &mut dyn FnMut(&AgentSpec) -> Result<Box<dyn Planner>, AgentError>,
-    adjust: &mut dyn FnMut(&mut AgentOutputs),
-) -> Result<(), ShellError> {
+pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut AgentOutputs)) -> Result<(), ShellError> {
     if !bus::process::die_with_parent(args.parent) {
         return Ok(());
     }

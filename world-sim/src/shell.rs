@@ -85,6 +85,8 @@ struct Shell {
     commanded_ns: Vec<u64>,
     straggler_limit: Duration,
     command_timeout_ns: u64,
+    /// The run is to end after the present tick.
+    stopping: bool,
     node: Node,
 }
 
@@ -109,6 +111,7 @@ impl Shell {
             commanded_ns: vec![0; slots],
             straggler_limit: Duration::from_secs_f64(scenario.fleet.straggler_limit_s),
             command_timeout_ns: (scenario.fleet.command_timeout_s * 1e9) as u64,
+            stopping: false,
             node,
         };
         for index in 0..sizes.shape_pieces {
@@ -211,13 +214,18 @@ impl Shell {
                 self.commanded_ns[seat.slot as usize] = stamp_ns;
             }
         }
+        self.show(stamp_ns);
+        self.send_notices();
+    }
+
+    /// Publishes the frame of the present tick, if anybody watches.
+    fn show(&mut self, stamp_ns: u64) {
         if self.frames.is_watched() {
             self.bodies.clear();
-            world.frame(&mut self.bodies);
-            let header = FrameHeader { stamp_ns, ..world.frame_header() };
+            self.world.frame(&mut self.bodies);
+            let header = FrameHeader { stamp_ns, ..self.world.frame_header() };
             self.frames.publish(header, &self.bodies);
         }
-        self.send_notices();
     }
 
     /// Lets the tick end.
@@ -267,7 +275,9 @@ impl Shell {
     fn await_answers(&mut self, tick: u64, opened_ns: u64) {
         loop {
             self.gate.wait_answers(tick, PATIENCE);
-            let overdue = clock::now_ns().saturating_sub(opened_ns) > self.straggler_limit.as_nanos() as u64;
+            // Whoever wants the run to end does not want to wait for a robot that hangs.
+            let limit = if self.stopping { PATIENCE.min(self.straggler_limit) } else { self.straggler_limit };
+            let overdue = clock::now_ns().saturating_sub(opened_ns) > limit.as_nanos() as u64;
             let mut waiting = false;
             for index in 0..self.world.participants().len() {
                 let seat = self.world.participants()[index];
@@ -313,7 +323,10 @@ impl Shell {
         while let Some(order) = self.orders.take() {
             match order {
                 Order::Absent { seat, cause } => self.give_up(seat, cause),
-                order => self.world.order(order),
+                order => {
+                    self.stopping |= order == Order::Stop;
+                    self.world.order(order);
+                }
             }
         }
     }
@@ -322,10 +335,13 @@ impl Shell {
         for notice in self.world.take_notices() {
             self.notices.send(&notice);
         }
+        self.notices.flush();
     }
 
     /// Leaves the outcome behind.
     fn leave(&mut self, address: &Address) -> Result<(), ShellError> {
+        // No tick opens where the last one ended: without this, observers would never see how the run came out.
+        self.show(clock::now_ns());
         self.send_notices();
         let bytes = codec::encode(&self.world.outcome())?;
         let (path, half) = (address.file(OUTCOME_FILE), address.file("outcome.half"));

@@ -1,0 +1,378 @@
+//! The command line: what can be said, not what it does.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// The scenario that `shoal run` takes when it is given none.
+pub const DEFAULT_SCENARIO: &str = "demo-15";
+
+/// Runs a fleet of robots the way it will really run: one process per robot, over shared memory.
+#[derive(Debug, Parser)]
+#[command(name = "shoal", version, about, arg_required_else_help = true, max_term_width = 100)]
+#[command(subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
+#[command(after_help = "\
+Examples:
+  shoal run                            the demo: 15 robots, each a process
+  shoal run demo-15 --mode lockstep    the same, reproducible and faster
+  shoal run my.toml --report out.json  a scenario of your own, a report to keep
+  shoal planners                       the methods that can steer a robot
+  shoal doctor                         can this machine run a fleet?
+
+Exit codes: 0 as expected, 1 not as expected, 2 wrong command line or scenario,
+3 the environment does not allow it, 4 time ran out, 130 interrupted")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// What shoal can do.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Run a scenario and report how it went
+    Run(Box<RunArgs>),
+    /// Check scenarios without running them
+    Validate(ValidateArgs),
+    /// Print the JSON Schema of scenario files
+    Schema(SchemaArgs),
+    /// List the methods that steer robots, or explain one
+    Planners(PlannersArgs),
+    /// Check whether this machine can run a fleet
+    Doctor(DoctorArgs),
+    /// Remove what fleets that were killed left behind
+    Clean(CleanArgs),
+    /// Show the robots of a running fleet
+    Ps(PsArgs),
+    /// Let one more robot join a running fleet
+    Add(AddArgs),
+    /// Give a robot of a running fleet something to do
+    #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
+    Task(TaskVerb),
+    /// The process of one robot; started by the daemon.
+    #[command(hide = true)]
+    Agent(AgentArgs),
+    /// The process of the world; started by the daemon.
+    #[command(hide = true)]
+    World(WorldArgs),
+    /// Cleans after a daemon that was killed; started by the daemon.
+    #[command(hide = true)]
+    Guardian(GuardianArgs),
+    /// A word that is no verb, or a verb that is not built yet.
+    #[command(external_subcommand)]
+    Other(Vec<OsString>),
+}
+
+/// How to print.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people
+    #[default]
+    Text,
+    /// For programs
+    Json,
+}
+
+/// How the processes keep time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModeArg {
+    /// Everything in one thread: fast, reproducible
+    Single,
+    /// One process per robot, tick by tick: reproducible
+    Lockstep,
+    /// One process per robot, each on its own timer: as it would drive
+    Realtime,
+}
+
+impl From<ModeArg> for scenarios::Mode {
+    fn from(mode: ModeArg) -> scenarios::Mode {
+        match mode {
+            ModeArg::Single => scenarios::Mode::Single,
+            ModeArg::Lockstep => scenarios::Mode::Lockstep,
+            ModeArg::Realtime => scenarios::Mode::Realtime,
+        }
+    }
+}
+
+/// The safety filter between a method and its robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FilterArg {
+    /// Commands go out as planned
+    None,
+    /// No robot takes more than half of the gap (not built yet)
+    #[value(hide = true)]
+    HalfGap,
+}
+
+/// `shoal run`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal run                            the demo: 15 robots, each a process
+  shoal run demo-15 --mode single      in one thread, as fast as it goes
+  shoal run ring-15 --robots 8 --seed 7 --duration 30s
+  shoal run my.toml --set clock.tick_hz=100 --set radio.drop=0.1
+  shoal run my.toml --format json > report.json
+
+SCENARIO is a file if it has a `/`, ends in .toml, or is a file that exists
+here; else it is a name from the catalog (`shoal validate` lists them).
+
+The report goes to standard output, progress to standard error. The first Ctrl-C
+ends the run and reports what there is, the second ends it at once.")]
+pub struct RunArgs {
+    /// A scenario file, or a name from the catalog
+    #[arg(value_name = "SCENARIO", default_value = DEFAULT_SCENARIO)]
+    pub scenario: OsString,
+    /// How time passes; without it, as the scenario says
+    #[arg(long, value_name = "MODE")]
+    pub mode: Option<ModeArg>,
+    /// The method for every robot; `shoal planners` lists them
+    #[arg(long, value_name = "NAME")]
+    pub planner: Option<String>,
+    /// So many robots, for scenarios with a layout
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub robots: Option<usize>,
+    /// Seed of everything random
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+    /// End after this much simulated time: 60s, 1.5m, 500ms, or seconds
+    #[arg(long, value_name = "TIME", value_parser = parse_duration, allow_hyphen_values = true)]
+    pub duration: Option<f64>,
+    /// The safety filter between method and robot
+    #[arg(long, value_name = "FILTER", default_value = "none")]
+    pub filter: FilterArg,
+    /// Set any key of the scenario, as in clock.tick_hz=100; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Write the report to this file as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Record the run's frames (not built yet).
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub record: Option<PathBuf>,
+    /// How to print the report on standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal validate`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal validate my.toml           every problem at once, with line numbers
+  shoal validate scenarios/*.toml
+  shoal validate                   the catalog that ships with shoal")]
+pub struct ValidateArgs {
+    /// Scenario files or names from the catalog; none is the whole catalog
+    #[arg(value_name = "FILE")]
+    pub scenarios: Vec<OsString>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal schema`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  shoal schema > shoal.schema.json          and point your editor at it")]
+pub struct SchemaArgs {
+    /// How to print; a schema is JSON either way
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal planners`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal planners       one line per method
+  shoal planners apf   its parameters: units, defaults, ranges, meaning")]
+pub struct PlannersArgs {
+    /// Explain this one
+    #[arg(value_name = "NAME")]
+    pub name: Option<String>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal doctor`.
+#[derive(Debug, Args)]
+pub struct DoctorArgs {
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal clean`.
+#[derive(Debug, Args)]
+pub struct CleanArgs {
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// Which of the running fleets is meant.
+#[derive(Clone, Debug, Args)]
+pub struct FleetArg {
+    /// The fleet, if several are running; `shoal ps` names them
+    #[arg(long, value_name = "ID")]
+    pub fleet: Option<String>,
+}
+
+/// `shoal ps`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal ps
+  shoal ps --format json")]
+pub struct PsArgs {
+    /// Which fleet; without it, all that are running.
+    #[command(flatten)]
+    pub fleet: FleetArg,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal add`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal add --start 0,-8 --goal 0,8
+  shoal add --id scout --start -3,0 --goal 3,0 --kind unicycle --yaw 1.57")]
+pub struct AddArgs {
+    /// Which fleet.
+    #[command(flatten)]
+    pub fleet: FleetArg,
+    /// Its name; without it, one is found
+    #[arg(long, value_name = "ID")]
+    pub id: Option<String>,
+    /// Where it starts, m
+    #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
+    pub start: [f64; 2],
+    /// Where it is to go, m
+    #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
+    pub goal: [f64; 2],
+    /// Its heading at the start, rad; without it, towards its goal
+    #[arg(long, value_name = "RAD", value_parser = parse_number, allow_hyphen_values = true)]
+    pub yaw: Option<f64>,
+    /// Its method; without it, the scenario's default
+    #[arg(long, value_name = "NAME")]
+    pub planner: Option<String>,
+    /// How it moves: point or unicycle; without it, the scenario's default
+    #[arg(long, value_name = "KIND")]
+    pub kind: Option<String>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal task`.
+#[derive(Debug, Subcommand)]
+pub enum TaskVerb {
+    /// Send a robot to a place
+    Send(TaskSendArgs),
+    /// A word that is no verb, or a verb that is not built yet.
+    #[command(external_subcommand)]
+    Other(Vec<OsString>),
+}
+
+/// `shoal task send`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal task send r03 4,-2                  after the goals it has
+  shoal task send r03 4,-2 --now            at once, and forget the others")]
+pub struct TaskSendArgs {
+    /// Which fleet.
+    #[command(flatten)]
+    pub fleet: FleetArg,
+    /// The robot
+    #[arg(value_name = "ID")]
+    pub id: String,
+    /// Where to, m
+    #[arg(value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
+    pub goal: [f64; 2],
+    /// Head there at once; otherwise the goal queues behind those it has
+    #[arg(long)]
+    pub now: bool,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal agent`, for the daemon.
+#[derive(Debug, Args)]
+pub struct AgentArgs {
+    /// The root of the run.
+    #[arg(long)]
+    pub root: PathBuf,
+    /// Slot of the robot.
+    #[arg(long)]
+    pub slot: u32,
+    /// Life of the robot.
+    #[arg(long)]
+    pub incarnation: u32,
+    /// The process that started this one.
+    #[arg(long)]
+    pub parent: u32,
+}
+
+/// `shoal world`, for the daemon.
+#[derive(Debug, Args)]
+pub struct WorldArgs {
+    /// The root of the run.
+    #[arg(long)]
+    pub root: PathBuf,
+    /// The process that started this one.
+    #[arg(long)]
+    pub parent: u32,
+}
+
+/// `shoal guardian`, for the daemon.
+#[derive(Debug, Args)]
+pub struct GuardianArgs {
+    /// The root of the run.
+    #[arg(long)]
+    pub root: PathBuf,
+}
+
+/// A time as people write it, in seconds: `60s`, `1.5m`, `500ms`, `2h`, or a plain number of seconds.
+pub fn parse_duration(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit_s = match &text[digits.len()..] {
+        "" | "s" | "sec" => 1.0,
+        "ms" => 1e-3,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        unit => return Err(format!("unknown unit `{unit}`; write 60s, 1.5m, 500ms, or seconds")),
+    };
+    match digits.trim_end().parse::<f64>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number * unit_s),
+        Ok(_) => Err("a duration is more than zero".to_string()),
+        Err(_) => Err("not a time; write 60s, 1.5m, 500ms, or seconds".to_string()),
+    }
+}
+
+/// A point as people write it: `X,Y`, m.
+pub fn parse_point(text: &str) -> Result<[f64; 2], String> {
+    let Some((x, y)) = text.split_once(',') else {
+        return Err("not a point; write X,Y in metres, as in 4,-2.5".to_string());
+    };
+    Ok([parse_number(x)?, parse_number(y)?])
+}
+
+fn parse_number(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(format!("`{text}` is not a number")),
+    }
+}
+
+#[cfg(test)]
+#[path = "cli_tests.rs"]
+mod tests;

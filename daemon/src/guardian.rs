@@ -1,0 +1,80 @@
+//! The guardian: a tiny process that cleans after a daemon that was killed.
+//!
+//! It holds the reading end of a pipe and does nothing else. When the daemon goes, for whatever reason, the pipe ends:
+//! if the run's directory is still there, the daemon had no time to clean, and the guardian ends the run's processes
+//! and removes its shared memory. It runs in a process group of its own, so that a Ctrl-C meant for the daemon does
+//! not reach it. The fleet's group it learns through the pipe: agents that are not shoal's do not die with their parent,
+//! and what those start does not name the run on its command line.
+
+use crate::exit::Failure;
+use bus::{Address, Lease, clean};
+use rustix::process::{Signal, kill_process_group};
+use std::io::{Read, Write};
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// The daemon's end.
+pub struct Guardian {
+    child: Child,
+}
+
+impl Guardian {
+    /// Starts the guardian of a fleet.
+    ///
+    /// # Errors
+    /// When no process can be started.
+    pub fn start(address: &Address) -> Result<Guardian, Failure> {
+        #[expect(clippy::disallowed_methods, reason = "the guardian is one of the processes of a fleet")]
+        let mut command = Command::new("/proc/self/exe");
+        command.arg0("shoal").arg("guardian").arg("--root").arg(address.root());
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
+        let child = command.spawn().map_err(|error| {
+            Failure::environment(format!("guardian: cannot start it: {error}"))
+                .hint("is the limit on processes reached? see `shoal doctor`")
+        })?;
+        Ok(Guardian { child })
+    }
+
+    /// Its process.
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Tells it the process group of the fleet.
+    pub fn watch(&mut self, group: u32) {
+        if let Some(pipe) = &mut self.child.stdin {
+            // A guardian that was killed cannot be told; whoever cleans next finds what is left.
+            let _ = pipe.write_all(format!("{group}\n").as_bytes());
+        }
+    }
+
+    /// The fleet is gone in good order: the guardian may go too.
+    pub fn dismiss(mut self) {
+        drop(self.child.stdin.take());
+        // It sees the end of the pipe at once and finds nothing to do.
+        let _ = self.child.wait();
+    }
+}
+
+/// The guardian's own process: waits for the daemon's end, then cleans if need be.
+///
+/// # Errors
+/// When shared memory cannot be removed.
+pub fn main(root: &Path) -> Result<(), Failure> {
+    let Ok(address) = Address::at(root) else { return Ok(()) };
+    // While the guardian lives nobody else takes the fleet for abandoned.
+    let lease = Lease::take(&address)?;
+    let mut told = String::new();
+    let _ = std::io::stdin().read_to_string(&mut told);
+    if address.root().exists() {
+        // At once: the number is the fleet's for as long as any of its processes is there.
+        if let Some(group) = told.trim().parse().ok().and_then(crate::supervisor::pid_of) {
+            let _ = kill_process_group(group, Signal::KILL);
+        }
+        clean::end_processes(&address);
+        drop(lease);
+        clean::sweep(&address);
+    }
+    Ok(())
+}

@@ -1,0 +1,24 @@
+//! The daemon and the command line: everything of shoal that is not a message, a method, a robot or a world.
+//!
+//! ```text
+//! cli, verbs      what can be said                run          a scenario from its text to its report
+//! source          where scenarios come from       single       all cores in one thread
+//! report          what came out                   supervisor   the processes of a fleet, and what they share
+//! progress, out   what people see meanwhile       coordinator  which process should run: pure
+//! exit            codes and failures              guardian     cleans after a killed daemon
+//! ```
+
+pub mod cli;
+pub mod coordinator;
+pub mod exit;
+pub mod guardian;
+pub mod out;
+pub mod processes;
+pub mod progress;
+pub mod report;
+pub mod run;
+pub mod signals;
+pub mod single;
+pub mod source;
+pub mod supervisor;
+pub mod verbs;

@@ -1,0 +1,55 @@
+//! The one executable: the command line, and every process of a fleet.
+
+use clap::Parser;
+use clap::error::ErrorKind;
+use shoal::cli::{Cli, Verb};
+use shoal::exit::{self, Failure};
+use shoal::{out, verbs};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // A reader that went away is no reason to fail.
+            let _ = error.print();
+            let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+            return ended(if asked { exit::OK } else { exit::USAGE });
+        }
+    };
+    match dispatch(&cli.verb) {
+        Ok(code) => ended(code),
+        Err(failure) => {
+            out::fail(&failure);
+            ended(failure.code)
+        }
+    }
+}
+
+fn dispatch(verb: &Verb) -> Result<i32, Failure> {
+    let done = |result: Result<(), Failure>| result.map(|()| exit::OK);
+    match verb {
+        // What looks for leftovers must find them; a process of a fleet has better things to do.
+        Verb::Doctor(_) | Verb::Clean(_) | Verb::Agent(_) | Verb::World(_) | Verb::Guardian(_) => {}
+        _ => verbs::clean::silently(),
+    }
+    match verb {
+        Verb::Run(options) => shoal::run::run(options),
+        Verb::Validate(options) => verbs::validate::run(options),
+        Verb::Schema(_) => done(verbs::schema::run()),
+        Verb::Planners(options) => done(verbs::planners::run(options)),
+        Verb::Doctor(options) => verbs::doctor::run(options),
+        Verb::Clean(options) => done(verbs::clean::run(options)),
+        Verb::Ps(options) => verbs::ps::run(options),
+        Verb::Add(options) => done(verbs::add::run(options)),
+        Verb::Task(verb) => done(verbs::task::run(verb)),
+        Verb::Agent(options) => done(verbs::internal::agent(options)),
+        Verb::World(options) => done(verbs::internal::world(options)),
+        Verb::Guardian(options) => done(shoal::guardian::main(&options.root)),
+        Verb::Other(words) => Err(verbs::unbuilt::refuse(words)),
+    }
+}
+
+fn ended(code: i32) -> ExitCode {
+    ExitCode::from(u8::try_from(code).unwrap_or(u8::MAX))
+}

@@ -1,0 +1,67 @@
+//! Standard output and standard error. Whoever reads our output may stop reading: that is no error of ours.
+
+use crate::exit::Failure;
+use rustix::termios;
+use std::io::{self, ErrorKind, IsTerminal, Write};
+
+/// Writes data to standard output. A reader that has gone away (`| head -1`) is not an error.
+pub fn data(text: &str) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::environment(format!("standard output: cannot write: {error}"))
+                .hint("is the disk full? give the output another place"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes a value as JSON, with a newline at the end, to standard output.
+pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    let mut text = serde_json::to_string_pretty(value).expect("reports have string keys only");
+    text.push('\n');
+    data(&text)
+}
+
+/// Says something on standard error. Nothing can be done if that fails.
+pub fn talk(line: &str) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Whether to colour what goes to a stream.
+fn colored(terminal: bool) -> bool {
+    #[expect(clippy::disallowed_methods, reason = "the shell of the command line reads the environment")]
+    let plain = std::env::var("NO_COLOR").is_ok_and(|value| !value.is_empty())
+        || std::env::var("TERM").is_ok_and(|value| value == "dumb");
+    terminal && !plain
+}
+
+/// Whether standard output wants colour: it is a terminal, and `NO_COLOR` is not set.
+pub fn stdout_colored() -> bool {
+    colored(io::stdout().is_terminal())
+}
+
+/// Whether standard error wants colour.
+pub fn stderr_colored() -> bool {
+    colored(io::stderr().is_terminal())
+}
+
+/// Columns of text on standard output: those of the terminal, 80 if it is none.
+pub fn stdout_width() -> usize {
+    columns(io::stdout()).unwrap_or(80)
+}
+
+/// Columns of the terminal on standard error; `None` if it is none.
+pub fn stderr_terminal_width() -> Option<usize> {
+    io::stderr().is_terminal().then(|| columns(io::stderr()).unwrap_or(80))
+}
+
+fn columns(stream: impl std::os::fd::AsFd) -> Option<usize> {
+    let size = termios::tcgetwinsize(stream).ok()?;
+    (size.ws_col > 0).then_some(size.ws_col as usize)
+}
+
+/// Says why something failed, and the way out, on standard error.
+pub fn fail(failure: &Failure) {
+    talk(failure.render(stderr_colored()).trim_end());
+}

@@ -1,0 +1,291 @@
+//! The processes of a fleet: starting, watching, measuring and ending them.
+
+use crate::coordinator::Ending;
+use crate::exit::Failure;
+use crate::supervisor::{Change, Who};
+use bus::Address;
+use protocol::Seat;
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process, kill_process_group, waitid};
+use scenarios::Scenario;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Bytes of a process's own words that are repeated when it ends badly.
+const LAST_WORDS: usize = 600;
+
+/// What a process used.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// Time on a processor, s.
+    pub cpu_s: f64,
+    /// Time it was ready to run but did not, s.
+    pub run_queue_wait_s: f64,
+    /// Its share of memory, KiB; `None` if it had ended when everybody else was measured.
+    pub pss_kib: Option<u64>,
+}
+
+struct Child {
+    who: Who,
+    pid: Pid,
+    alive: bool,
+    /// What it had used when the first tick began: starting a fleet is not part of the run.
+    before: Measured,
+    measured: Measured,
+}
+
+/// The world and the agents of one fleet, dead ones included.
+pub struct Children {
+    root: PathBuf,
+    logs: PathBuf,
+    /// The process group of the fleet: what agents of others start is in it as well.
+    group: Option<Pid>,
+    all: Vec<Child>,
+    alive: BTreeMap<i32, usize>,
+    measuring: bool,
+}
+
+impl Children {
+    /// Nobody yet.
+    pub fn new(address: &Address) -> Children {
+        let root = address.root().to_path_buf();
+        Children { logs: root.clone(), root, group: None, all: Vec::new(), alive: BTreeMap::new(), measuring: false }
+    }
+
+    /// Starts the world; its process group is the fleet's.
+    ///
+    /// # Errors
+    /// When no process can be started.
+    pub fn spawn_world(&mut self) -> Result<u32, Failure> {
+        close_on_exec();
+        let mut command = shoal("world");
+        command.arg("--root").arg(&self.root);
+        let pid = self.spawn(command, "world", Who::World).map_err(|error| {
+            Failure::environment(format!("world-sim: cannot start it: {error}"))
+                .hint("is the limit on processes reached? see `shoal doctor`")
+        })?;
+        Ok(pid)
+    }
+
+    /// Starts the agent of a seat: shoal's own, or the executable that the robot names.
+    ///
+    /// # Errors
+    /// When it cannot be started.
+    pub fn spawn_agent(&mut self, seat: Seat, program: Option<&str>) -> io::Result<u32> {
+        #[expect(clippy::disallowed_methods, reason = "the supervisor starts the agents")]
+        let mut command = program.map_or_else(|| shoal("agent"), Command::new);
+        command.arg("--root").arg(&self.root);
+        command.arg("--slot").arg(seat.slot.to_string()).arg("--incarnation").arg(seat.incarnation.to_string());
+        if seat.incarnation > 0 {
+            close_on_exec();
+        }
+        self.spawn(command, &robot_agent::shell::spec_file(seat), Who::Agent(seat))
+    }
+
+    fn spawn(&mut self, mut command: Command, name: &str, who: Who) -> io::Result<u32> {
+        // The child asks the kernel to die with this process; it compares this number in case it is too late for that.
+        command.arg("--parent").arg(std::process::id().to_string());
+        command.process_group(self.group.map_or(0, Pid::as_raw_pid));
+        #[expect(clippy::disallowed_methods, reason = "what a process says goes to a file of the run")]
+        let log = File::create(self.logs.join(format!("{name}.log")))?;
+        command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
+        let id = command.spawn()?.id();
+        let pid = crate::supervisor::pid_of(id).expect("a spawned process has a positive id");
+        self.group.get_or_insert(pid);
+        self.alive.insert(pid.as_raw_pid(), self.all.len());
+        self.all.push(Child { who, pid, alive: true, before: Measured::default(), measured: Measured::default() });
+        Ok(id)
+    }
+
+    /// What happened to the processes since the last call.
+    pub fn changes(&mut self) -> Vec<(Who, Change)> {
+        let mut changes = Vec::new();
+        let alive: Vec<usize> = self.alive.values().copied().collect();
+        let kinds = WaitIdOptions::EXITED | WaitIdOptions::STOPPED | WaitIdOptions::CONTINUED;
+        for index in alive {
+            let child = &mut self.all[index];
+            // A look without taking: the statistics of a dead process are gone once it is reaped.
+            let look = kinds | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+            let Ok(Some(status)) = waitid(WaitId::Pid(child.pid), look) else { continue };
+            if let Some(ending) = ending_of(&status) {
+                if child.measured == Measured::default() {
+                    child.measured = measure(child.pid, false);
+                }
+                child.alive = false;
+                self.alive.remove(&child.pid.as_raw_pid());
+                changes.push((child.who, Change::Ended(ending)));
+            } else if status.stopped() {
+                changes.push((child.who, Change::Stopped));
+            } else if status.continued() {
+                changes.push((child.who, Change::Continued));
+            }
+            // The world leads the group. As long as it is not reaped, nobody else is given the group's number.
+            if child.alive || child.who != Who::World {
+                let _ = waitid(WaitId::Pid(child.pid), kinds | WaitIdOptions::NOHANG);
+            }
+        }
+        changes
+    }
+
+    /// Whether any process is left.
+    pub fn any(&self) -> bool {
+        !self.alive.is_empty()
+    }
+
+    /// The process group of the fleet.
+    pub fn group(&self) -> Option<u32> {
+        self.group.map(|group| group.as_raw_pid() as u32)
+    }
+
+    /// Process of the world.
+    pub fn world_pid(&self) -> Option<u32> {
+        self.all.iter().find(|child| child.who == Who::World).map(|child| child.pid.as_raw_pid() as u32)
+    }
+
+    /// Sends a signal to a process that has not been reaped.
+    pub fn signal(&self, pid: u32, signal: Signal) {
+        if self.alive.contains_key(&(pid as i32))
+            && let Some(pid) = crate::supervisor::pid_of(pid)
+        {
+            // It may have ended this moment: then there is nothing to signal.
+            let _ = kill_process(pid, signal);
+        }
+    }
+
+    /// Ends every process of the fleet, and waits until each is gone.
+    pub fn kill_all(&mut self) {
+        if let Some(group) = self.group.take() {
+            let _ = kill_process_group(group, Signal::KILL);
+            let _ = waitid(WaitId::Pid(group), WaitIdOptions::EXITED);
+            if let Some(index) = self.alive.remove(&group.as_raw_pid()) {
+                self.all[index].alive = false;
+            }
+        }
+        for index in std::mem::take(&mut self.alive).into_values() {
+            let child = &mut self.all[index];
+            let _ = kill_process(child.pid, Signal::KILL);
+            let _ = waitid(WaitId::Pid(child.pid), WaitIdOptions::EXITED);
+            child.alive = false;
+        }
+    }
+
+    /// The first tick has begun: from here on waiting for a processor counts. Does something once only.
+    pub fn begin_measuring(&mut self) {
+        if !std::mem::replace(&mut self.measuring, true) {
+            for child in self.all.iter_mut().filter(|child| child.alive) {
+                child.before = measure(child.pid, false);
+            }
+        }
+    }
+
+    /// Measures every process that lives.
+    pub fn measure_all(&mut self) {
+        for child in self.all.iter_mut().filter(|child| child.alive) {
+            child.measured = measure(child.pid, true);
+        }
+    }
+
+    /// What every process used.
+    pub fn take_measured(&mut self) -> Vec<(Option<Seat>, u32, Measured)> {
+        let entry = |child: &Child| {
+            let seat = match child.who {
+                Who::Agent(seat) => Some(seat),
+                Who::World => None,
+            };
+            let waited_s = child.measured.run_queue_wait_s - child.before.run_queue_wait_s;
+            let measured = Measured { run_queue_wait_s: waited_s.max(0.0), ..child.measured };
+            (seat, child.pid.as_raw_pid() as u32, measured)
+        };
+        self.all.iter().map(entry).collect()
+    }
+
+    /// What a process said last, in one line.
+    pub fn last_words(&self, name: &str) -> Option<String> {
+        #[expect(clippy::disallowed_methods, reason = "what a process said is in a file of the run")]
+        let text = std::fs::read(self.logs.join(format!("{name}.log"))).ok()?;
+        let tail = String::from_utf8_lossy(&text[text.len().saturating_sub(LAST_WORDS)..]).into_owned();
+        let words: Vec<&str> = tail.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+        (!words.is_empty()).then(|| words.join(" / "))
+    }
+}
+
+fn ending_of(status: &WaitIdStatus) -> Option<Ending> {
+    if status.exited() {
+        Some(Ending { signal: None, code: status.exit_status() })
+    } else if status.killed() || status.dumped() {
+        Some(Ending { signal: status.terminating_signal(), code: None })
+    } else {
+        None
+    }
+}
+
+/// shoal itself, whatever has become of its file since it was started.
+fn shoal(verb: &str) -> Command {
+    #[expect(clippy::disallowed_methods, reason = "the supervisor starts the processes of the fleet")]
+    let mut command = Command::new("/proc/self/exe");
+    command.arg0("shoal").arg(verb);
+    command
+}
+
+fn measure(pid: Pid, memory: bool) -> Measured {
+    let stat = bus::clock::schedstat_of(pid.as_raw_pid() as u32).unwrap_or_default();
+    Measured {
+        cpu_s: stat.ran_ns as f64 * 1e-9,
+        run_queue_wait_s: stat.waited_ns as f64 * 1e-9,
+        pss_kib: memory.then(|| pss_kib(pid)).flatten(),
+    }
+}
+
+/// The proportional share of memory of a process, KiB.
+fn pss_kib(pid: Pid) -> Option<u64> {
+    #[expect(clippy::disallowed_methods, reason = "the kernel's own account of a process")]
+    let text = std::fs::read_to_string(format!("/proc/{}/smaps_rollup", pid.as_raw_pid())).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("Pss:"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+/// Every executable that a robot names must be there before anything is started.
+///
+/// # Errors
+/// Exit code 3, naming the robot and the file.
+pub fn check_executables(scenario: &Scenario) -> Result<(), Failure> {
+    for robot in &scenario.robots {
+        if let Some(program) = &robot.agent {
+            let problem = match std::fs::metadata(Path::new(program)) {
+                Err(error) => Some(error.to_string()),
+                Ok(file) if file.is_dir() => Some("it is a directory".to_owned()),
+                Ok(file) if file.permissions().mode() & 0o111 == 0 => Some("it is not executable".to_owned()),
+                Ok(_) => None,
+            };
+            if let Some(problem) = problem {
+                return Err(Failure::environment(format!("robot `{}`: agent `{program}`: {problem}", robot.id))
+                    .hint("`agent` is the path of an executable, relative to where shoal is started"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Children must not inherit the fleet's files: iceoryx2 opens them without close-on-exec.
+fn close_on_exec() {
+    let Ok(entries) = std::fs::read_dir("/proc/self/fd") else { return };
+    let numbers: Vec<i32> =
+        entries.flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok()).filter(|fd| *fd > 2).collect();
+    for number in numbers {
+        // SAFETY: the number is used for this one call only. A descriptor that was closed meanwhile (the listing's own)
+        // makes the call fail with EBADF, which is as good.
+        let fd = unsafe { std::os::fd::BorrowedFd::borrow_raw(number) };
+        let _ = rustix::io::fcntl_setfd(fd, rustix::io::FdFlags::CLOEXEC);
+    }
+}
+
+/// The fleet's files are many: takes what the hard limit allows. Children inherit it.
+pub fn raise_open_files() {
+    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+    let limit = getrlimit(Resource::Nofile);
+    let _ = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, maximum: limit.maximum });
+}

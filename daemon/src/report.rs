@@ -1,0 +1,345 @@
+//! The report of a run, `shoal.report/1`: what came out, in navigation and in time.
+//!
+//! ```text
+//! RunFacts --assemble--> Report --text::render--> people
+//!             |                 --JSON----------> programs (standard output, --report FILE)
+//!             '-- judge: verdict, expectations, exit code
+//! ```
+//! Everything but [`sink`] is pure. The names of the fields are a contract: fields may be added, none renamed. What
+//! a clock mode does not have is null.
+
+mod assemble;
+pub mod judge;
+mod layout;
+pub mod sink;
+pub mod text;
+
+pub use assemble::assemble;
+pub(crate) use layout::{Column, Page, cut, table};
+
+use protocol::Seat;
+use protocol::world_to_daemon::Outcome;
+use scenarios::{Mode, Scenario};
+use serde::{Deserialize, Serialize};
+
+/// The name and version of the format.
+pub const SCHEMA: &str = "shoal.report/1";
+
+/// What is known about a run when it has ended.
+#[derive(Clone, Debug)]
+pub struct RunFacts {
+    /// What was run, overrides applied.
+    pub scenario: Scenario,
+    /// What it came to, by ground truth.
+    pub outcome: Outcome,
+    /// The robots by slot: those of the scenario, then those that were added while it ran.
+    pub robots: Vec<RobotFacts>,
+    /// From the first tick to the end of the last, s, wall clock.
+    pub wall_time_s: f64,
+    /// Ctrl-C, or a signal that asks to end.
+    pub interrupted: bool,
+    /// What was measured in the loop; `None` in `single`.
+    pub latency: Option<LatencyFacts>,
+    /// Robots that were held or dropped because they did not answer: how often.
+    pub stragglers: u64,
+    /// The processes of the fleet; empty in `single`.
+    pub processes: Vec<ProcessFacts>,
+    /// From the command to the first tick, ms.
+    pub startup_ms: Option<f64>,
+    /// Shared memory of the fleet, bytes.
+    pub shm_bytes: Option<u64>,
+}
+
+impl RunFacts {
+    /// The facts of a run of the scenario's own robots, everything else still unknown.
+    pub fn new(scenario: Scenario, outcome: Outcome, wall_time_s: f64) -> RunFacts {
+        let robots = scenario.robots.iter().map(RobotFacts::of).collect();
+        RunFacts {
+            scenario,
+            outcome,
+            robots,
+            wall_time_s,
+            interrupted: false,
+            latency: None,
+            stragglers: 0,
+            processes: Vec::new(),
+            startup_ms: None,
+            shm_bytes: None,
+        }
+    }
+}
+
+/// What the report says about a robot besides its outcome.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RobotFacts {
+    /// Its name.
+    pub id: String,
+    /// Its method.
+    pub planner: String,
+}
+
+impl RobotFacts {
+    /// Of a robot of a scenario, or of one that was added.
+    pub fn of(robot: &scenarios::Robot) -> RobotFacts {
+        RobotFacts { id: robot.id.clone(), planner: robot.planner.clone() }
+    }
+}
+
+/// What was measured in the loop of all agents (and of the world), merged. `None` and zero counts mean: not measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LatencyFacts {
+    /// Age of a neighbour's pose when the planner uses it, us.
+    pub pose_age_us: Option<Percentiles>,
+    /// How late a process wakes up, us.
+    pub wake_us: Option<Percentiles>,
+    /// Time in the planner, us.
+    pub plan_us: Option<Percentiles>,
+    /// Time from waking up to the command, us.
+    pub step_us: Option<Percentiles>,
+    /// Age of a command when the world uses it, us.
+    pub command_age_us: Option<Percentiles>,
+    /// From the odometry sample to the moment that the command computed from it acts, us.
+    pub reaction_us: Option<Percentiles>,
+    /// Periods that were to be run, all agents and the world together; `None` in `lockstep`.
+    pub periods: Option<u64>,
+    /// Periods that were missed; `None` in `lockstep`.
+    pub deadline_misses: Option<u64>,
+}
+
+/// A distribution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Percentiles {
+    /// Median.
+    pub p50: f64,
+    /// 90 % are at most this.
+    pub p90: f64,
+    /// 99 % are at most this.
+    pub p99: f64,
+    /// 99.9 % are at most this.
+    pub p999: f64,
+    /// The largest.
+    pub max: f64,
+    /// How many.
+    pub n: u64,
+}
+
+/// A process of the fleet, one entry per life.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProcessFacts {
+    /// What it is: [`ProcessFacts::WORLD`], `daemon`, `guardian`, or the robot's name.
+    pub name: String,
+    /// Whose agent it is, if it is one.
+    pub seat: Option<Seat>,
+    /// Its number.
+    pub pid: u32,
+    /// Processor time it used, s.
+    pub cpu_s: f64,
+    /// Its proportional share of memory, KiB, sampled while it ran.
+    pub pss_kib: Option<u64>,
+    /// How long it was ready to run but did not, s (`/proc/PID/schedstat`, from the first tick on: starting a fleet
+    /// is not part of the run).
+    pub run_queue_wait_s: Option<f64>,
+}
+
+impl ProcessFacts {
+    /// The name of the world's process.
+    pub const WORLD: &'static str = "world";
+
+    /// Whether it is part of the loop: the world or an agent.
+    pub fn in_loop(&self) -> bool {
+        self.seat.is_some() || self.name == ProcessFacts::WORLD
+    }
+}
+
+/// Whether the numbers speak about the method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// They do.
+    Valid,
+    /// The machine, not the method, shaped the result.
+    Starved,
+}
+
+/// The report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Clock mode.
+    pub mode: Mode,
+    /// The method, or `mixed`.
+    pub planner: String,
+    /// The safety filter.
+    pub filter: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Robots of the scenario, and those that were added.
+    pub robots: usize,
+    /// Ticks per second of simulated time.
+    pub tick_hz: f64,
+    /// Ticks that were run.
+    pub ticks: u64,
+    /// Simulated time, s.
+    pub sim_time_s: f64,
+    /// Wall time of the same, s.
+    pub wall_time_s: f64,
+    /// Real-time factor: simulated over wall time.
+    pub rtf: Option<f64>,
+    /// Hash of every robot's state at every tick, 16 hexadecimal digits.
+    pub trajectory_hash: String,
+    /// Whether the numbers speak about the method.
+    pub verdict: Verdict,
+    /// The exit code of the run.
+    pub exit_code: i32,
+    /// How the fleet did.
+    pub outcome: OutcomeReport,
+    /// How every robot did, by slot.
+    pub per_robot: Vec<RobotReport>,
+    /// How the loop did in time; null in `single`.
+    pub latency: Option<LatencyReport>,
+    /// What it cost.
+    pub resources: ResourcesReport,
+    /// What happened, in order.
+    pub events: Vec<EventReport>,
+    /// Why the verdict is `starved`; empty if it is not.
+    pub starved_because: Vec<String>,
+    /// Expectations that were not met, in words; empty if all were.
+    pub unmet: Vec<String>,
+    /// Whether the run was interrupted.
+    pub interrupted: bool,
+    /// The run ends at this simulated time at the latest, s.
+    pub sim_time_s_max: f64,
+    /// Events that the log had no room for.
+    pub events_lost: u64,
+}
+
+/// How the fleet did.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OutcomeReport {
+    /// Robots that reached their last goal.
+    pub arrived: usize,
+    /// All of them did; a robot that left on request owes nothing.
+    pub arrived_all: bool,
+    /// Robots that arrived and were never in contact.
+    pub succeeded: usize,
+    /// When the last robot arrived, s; null unless all did.
+    pub makespan_s: Option<f64>,
+    /// Sum of the times of those that arrived, s; null if none did.
+    pub flowtime_s: Option<f64>,
+    /// Mean time of those that arrived, s; null if none did.
+    pub mean_time_s: Option<f64>,
+    /// Path of all robots together, m.
+    pub path_length_m: f64,
+    /// Path against the shortest free path, mean over those that arrived; null where it is undefined.
+    pub path_ratio_mean: Option<f64>,
+    /// The largest of the same.
+    pub path_ratio_max: Option<f64>,
+    /// Times that two robots began to overlap.
+    pub robot_contacts: u64,
+    /// Times that a robot began to overlap an obstacle.
+    pub obstacle_contacts: u64,
+    /// Smallest swept clearance between two robots, m.
+    pub min_clearance_m: Option<f64>,
+    /// Smallest swept clearance between a robot and an obstacle, m.
+    pub min_obstacle_clearance_m: Option<f64>,
+    /// Robots that had not arrived and hardly moved at the end.
+    pub deadlocked: usize,
+    /// Log dimensionless jerk, 0 is best, mean over the robots that moved.
+    pub ldj_mean: Option<f64>,
+    /// Share of robot-ticks in which the safety filter changed the command; null without a filter.
+    pub filter_interventions: Option<f64>,
+}
+
+/// How one robot did.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotReport {
+    /// Its name.
+    pub id: String,
+    /// Its method.
+    pub planner: String,
+    /// Its last life.
+    pub incarnation: u32,
+    /// Its last process; null in `single`.
+    pub pid: Option<u32>,
+    /// It reached its last goal.
+    pub arrived: bool,
+    /// When it did, since it joined, s.
+    pub time_s: Option<f64>,
+    /// Its path until then, or in all, m.
+    pub path_length_m: f64,
+    /// Against the shortest free path; null where that is undefined.
+    pub path_ratio: Option<f64>,
+    /// Contacts it was part of.
+    pub contacts: u64,
+    /// Goals reached that came as tasks.
+    pub tasks_done: u32,
+    /// Goals reached in all.
+    pub goals_done: u32,
+    /// It had not arrived and hardly moved at the end.
+    pub deadlocked: bool,
+    /// Log dimensionless jerk, 0 is best.
+    pub ldj: Option<f64>,
+    /// Why it was not there at the end: `left`, `dropped`, `dead`, or `never-joined`.
+    pub gone: Option<String>,
+}
+
+/// How the loop did in time, microseconds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LatencyReport {
+    /// Age of a neighbour's pose when the planner uses it.
+    pub pose_age_us: Option<Percentiles>,
+    /// How late a process wakes up.
+    pub wake_us: Option<Percentiles>,
+    /// Time in the planner.
+    pub plan_us: Option<Percentiles>,
+    /// Time from waking up to the command.
+    pub step_us: Option<Percentiles>,
+    /// Age of a command when the world uses it.
+    pub command_age_us: Option<Percentiles>,
+    /// From the odometry sample to the moment that the command computed from it acts.
+    pub reaction_us: Option<Percentiles>,
+    /// Periods that were to be run; null in `lockstep`.
+    pub periods: Option<u64>,
+    /// Periods that were missed; null in `lockstep`.
+    pub deadline_misses: Option<u64>,
+    /// Times that a robot was held or dropped because it did not answer.
+    pub stragglers: u64,
+}
+
+/// What the run cost.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ResourcesReport {
+    /// From the command to the first tick, ms.
+    pub startup_ms: Option<f64>,
+    /// Processor time of all processes, s.
+    pub cpu_s: Option<f64>,
+    /// Proportional share of memory of an agent, mean, KiB.
+    pub agent_pss_kib_mean: Option<f64>,
+    /// The largest of the same, KiB.
+    pub agent_pss_kib_max: Option<u64>,
+    /// Shared memory of the fleet, bytes.
+    pub shm_bytes: Option<u64>,
+    /// Longest wait of an agent or the world for a processor, as a share of the wall time.
+    pub run_queue_wait_max: Option<f64>,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EventReport {
+    /// At which tick.
+    pub tick: u64,
+    /// The same as simulated time, s.
+    pub t_s: f64,
+    /// What.
+    pub kind: String,
+    /// The robot it is about, if it is about one.
+    pub robot: Option<String>,
+    /// More about it, for people.
+    pub detail: String,
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,182 @@
+//! From what is known about a run to its report. Definitions of the fields: docs, "metrics".
+
+use super::{
+    EventReport, LatencyReport, OutcomeReport, ProcessFacts, Report, ResourcesReport, RobotReport, RunFacts, SCHEMA,
+    judge,
+};
+use protocol::world_to_daemon::RobotOutcome;
+use std::collections::BTreeMap;
+
+/// Makes the report.
+pub fn assemble(facts: RunFacts) -> Report {
+    let clock = facts.scenario.clock;
+    let (fates, outcome) = outcome_of(&facts);
+    let latency = facts.latency.clone().map(|latency| LatencyReport {
+        pose_age_us: latency.pose_age_us,
+        wake_us: latency.wake_us,
+        plan_us: latency.plan_us,
+        step_us: latency.step_us,
+        command_age_us: latency.command_age_us,
+        reaction_us: latency.reaction_us,
+        periods: latency.periods,
+        deadline_misses: latency.deadline_misses,
+        stragglers: facts.stragglers,
+    });
+    let resources = resources_of(&facts);
+    let starved_because =
+        judge::starved_because(clock.mode, clock.dt_s(), latency.as_ref(), resources.run_queue_wait_max);
+    let sim_time_s = facts.outcome.ticks as f64 * clock.dt_s();
+    let mut report = Report {
+        schema: SCHEMA.to_string(),
+        scenario: facts.scenario.name.clone(),
+        mode: clock.mode,
+        planner: planner_of(&facts),
+        filter: "none".to_string(),
+        seed: clock.seed,
+        robots: fates.len(),
+        tick_hz: clock.tick_hz,
+        ticks: facts.outcome.ticks,
+        sim_time_s,
+        wall_time_s: facts.wall_time_s,
+        rtf: Some(sim_time_s / facts.wall_time_s).filter(|rtf| rtf.is_finite()),
+        trajectory_hash: format!("{:016x}", facts.outcome.trajectory_hash),
+        verdict: judge::verdict(&starved_because),
+        exit_code: 0,
+        outcome,
+        per_robot: fates.iter().enumerate().map(|(slot, fate)| robot_report(&facts, slot, fate)).collect(),
+        latency,
+        resources,
+        events: events_of(&facts),
+        starved_because,
+        unmet: Vec::new(),
+        interrupted: facts.interrupted,
+        sim_time_s_max: clock.ticks_max as f64 * clock.dt_s(),
+        events_lost: facts.outcome.events_lost,
+    };
+    report.unmet = judge::unmet(&facts.scenario.expect, &report);
+    let timed_out = report.ticks >= clock.ticks_max && !report.outcome.arrived_all;
+    report.exit_code = judge::exit_code(report.interrupted, report.unmet.is_empty(), timed_out);
+    report
+}
+
+/// One fate per robot that the scenario has or that was added, by slot.
+fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
+    let mut known: BTreeMap<u32, &RobotOutcome> = facts.outcome.robots.iter().map(|fate| (fate.slot, fate)).collect();
+    let slots = facts.robots.len().max(known.keys().next_back().map_or(0, |&slot| slot as usize + 1));
+    let fates: Vec<RobotOutcome> = (0..slots as u32)
+        .map(|slot| {
+            known.remove(&slot).cloned().unwrap_or_else(|| RobotOutcome {
+                slot,
+                gone: Some("never-joined".to_string()),
+                ..RobotOutcome::default()
+            })
+        })
+        .collect();
+
+    let arrived: Vec<&RobotOutcome> = fates.iter().filter(|fate| fate.arrived).collect();
+    let arrived_all = fates.iter().all(|fate| fate.arrived || fate.gone.as_deref() == Some("left"));
+    let dt_s = facts.scenario.clock.dt_s();
+    // A robot's time counts from when it joined, the fleet's from the first tick.
+    let since_start_s = |fate: &&RobotOutcome| fate.time_s.map(|time_s| time_s + fate.joined_tick as f64 * dt_s);
+    let times: Vec<f64> = arrived.iter().filter_map(|fate| fate.time_s).collect();
+    let flowtime_s: f64 = times.iter().sum();
+    let ratios: Vec<f64> = arrived.iter().filter_map(|fate| fate.path_ratio).collect();
+    let jerks: Vec<f64> = fates.iter().filter_map(|fate| fate.ldj).collect();
+    let report = OutcomeReport {
+        arrived: arrived.len(),
+        arrived_all,
+        succeeded: arrived.iter().filter(|fate| fate.contacts == 0).count(),
+        makespan_s: max(arrived.iter().filter_map(since_start_s)).filter(|_| arrived_all),
+        flowtime_s: (!times.is_empty()).then_some(flowtime_s),
+        mean_time_s: mean(&times),
+        path_length_m: fates.iter().map(|fate| fate.path_length_m).sum(),
+        path_ratio_mean: mean(&ratios),
+        path_ratio_max: max(ratios.iter().copied()),
+        robot_contacts: facts.outcome.robot_contacts,
+        obstacle_contacts: facts.outcome.obstacle_contacts,
+        min_clearance_m: facts.outcome.min_clearance_m,
+        min_obstacle_clearance_m: facts.outcome.min_obstacle_clearance_m,
+        deadlocked: fates.iter().filter(|fate| fate.deadlocked).count(),
+        ldj_mean: mean(&jerks),
+        filter_interventions: None,
+    };
+    (fates, report)
+}
+
+fn robot_report(facts: &RunFacts, slot: usize, fate: &RobotOutcome) -> RobotReport {
+    let newest = (facts.processes.iter())
+        .filter(|process| process.seat.is_some_and(|seat| seat.slot as usize == slot))
+        .max_by_key(|process| process.seat.map(|seat| seat.incarnation));
+    RobotReport {
+        id: name_of(facts, slot as u32),
+        planner: facts.robots.get(slot).map_or_else(String::new, |robot| robot.planner.clone()),
+        incarnation: fate.incarnation,
+        pid: newest.map(|process| process.pid),
+        arrived: fate.arrived,
+        time_s: fate.time_s,
+        path_length_m: fate.path_length_m,
+        path_ratio: fate.path_ratio,
+        contacts: fate.contacts,
+        tasks_done: fate.tasks_done,
+        goals_done: fate.goals_done,
+        deadlocked: fate.deadlocked,
+        ldj: fate.ldj,
+        gone: fate.gone.clone(),
+    }
+}
+
+fn resources_of(facts: &RunFacts) -> ResourcesReport {
+    let agents = facts.processes.iter().filter(|process| process.seat.is_some());
+    let shares: Vec<u64> = agents.filter_map(|agent| agent.pss_kib).collect();
+    let waits = facts.processes.iter().filter(|process| process.in_loop()).filter_map(|p| p.run_queue_wait_s);
+    let cpu_s: f64 = facts.processes.iter().map(|process| process.cpu_s).sum();
+    ResourcesReport {
+        startup_ms: facts.startup_ms,
+        cpu_s: (!facts.processes.is_empty()).then_some(cpu_s),
+        agent_pss_kib_mean: mean(&shares.iter().map(|&kib| kib as f64).collect::<Vec<_>>()),
+        agent_pss_kib_max: shares.iter().copied().max(),
+        shm_bytes: facts.shm_bytes,
+        run_queue_wait_max: max(waits.map(|wait_s| wait_s / facts.wall_time_s)).filter(|share| share.is_finite()),
+    }
+}
+
+fn events_of(facts: &RunFacts) -> Vec<EventReport> {
+    let dt_s = facts.scenario.clock.dt_s();
+    (facts.outcome.events.iter())
+        .map(|event| EventReport {
+            tick: event.tick,
+            t_s: event.tick as f64 * dt_s,
+            kind: event.kind.clone(),
+            robot: event.slot.map(|slot| name_of(facts, slot)),
+            detail: event.detail.clone(),
+        })
+        .collect()
+}
+
+fn planner_of(facts: &RunFacts) -> String {
+    let mut names = facts.robots.iter().map(|robot| robot.planner.as_str());
+    match names.next() {
+        None => "none".to_string(),
+        Some(first) if names.all(|name| name == first) => first.to_string(),
+        Some(_) => "mixed".to_string(),
+    }
+}
+
+fn name_of(facts: &RunFacts, slot: u32) -> String {
+    facts.robots.get(slot as usize).map_or_else(|| format!("slot-{slot}"), |robot| robot.id.clone())
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+fn max(values: impl Iterator<Item = f64>) -> Option<f64> {
+    values.reduce(f64::max)
+}
+
+impl ProcessFacts {
+    /// Processor time and waiting of a process that is not part of the loop, or of one that nothing is known of yet.
+    pub fn new(name: impl Into<String>, pid: u32) -> ProcessFacts {
+        ProcessFacts { name: name.into(), seat: None, pid, cpu_s: 0.0, pss_kib: None, run_queue_wait_s: None }
+    }
+}

@@ -1,0 +1,461 @@
+//! Fixed facts, and what becomes of them.
+
+use super::judge::{exit_code, starved_because, unmet, verdict};
+use super::text::{Style, render};
+use super::*;
+use planners::{Kind, Limits, ParamValues};
+use protocol::world_to_daemon::{Event, RobotOutcome};
+use scenarios::{Bounds, Clock, Expect, Fleet, Radio, Restart, Robot, Stop, StragglerPolicy};
+
+fn robot(slot: usize) -> Robot {
+    Robot {
+        id: format!("r{slot:02}"),
+        kind: Kind::Point,
+        limits: Limits {
+            speed_mps_max: 1.0,
+            reverse_mps_max: 0.0,
+            turn_radps_max: 1.0,
+            accel_mps2_max: 1.0,
+            turn_accel_radps2_max: 1.0,
+        },
+        radius_m: 0.25,
+        start: [slot as f64, 0.0].into(),
+        start_yaw_rad: 0.0,
+        goals: vec![[slot as f64, 10.0].into()],
+        goal_motion: None,
+        goal_tolerance_m: 0.1,
+        planner: "apf".into(),
+        params: ParamValues::new(),
+        sensor_range_m: 3.0,
+        radio_range_m: 5.0,
+        radio_hysteresis_m: 0.5,
+        knows_map: false,
+        restart: Restart { limit: 0, delay_ticks: 0 },
+        agent: None,
+    }
+}
+
+fn scenario(robots: usize, mode: Mode) -> Scenario {
+    Scenario {
+        name: "crossing".into(),
+        description: String::new(),
+        bounds: Bounds { x_m: [-10.0, 10.0], y_m: [-10.0, 10.0] },
+        clock: Clock { mode, tick_hz: 50.0, seed: 7, ticks_max: 3000, stop: Stop::Arrived },
+        fleet: Fleet {
+            max_robots: robots,
+            straggler: StragglerPolicy::Wait,
+            straggler_limit_s: 10.0,
+            command_timeout_s: 0.25,
+            start_limit_s: 10.0,
+        },
+        radio: Radio::PERFECT,
+        obstacles: Vec::new(),
+        robots: (0..robots).map(robot).collect(),
+        template: robot(0),
+        events: Vec::new(),
+        expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
+    }
+}
+
+/// All of them arrive, a little one after the other.
+fn outcome(robots: usize) -> Outcome {
+    let fate = |slot: usize| RobotOutcome {
+        slot: slot as u32,
+        arrived: true,
+        time_s: Some(10.0 + 0.5 * slot as f64),
+        arrived_tick: Some(500 + 25 * slot as u64),
+        path_length_m: 10.0 + 0.1 * slot as f64,
+        path_ratio: Some(1.0 + 0.01 * slot as f64),
+        goals_done: 1,
+        ldj: Some(8.0),
+        ..RobotOutcome::default()
+    };
+    Outcome {
+        ticks: 600,
+        trajectory_hash: 0x0123_4567_89ab_cdef,
+        robots: (0..robots).map(fate).collect(),
+        min_clearance_m: Some(0.312),
+        events: (0..robots).map(|slot| event(0, "joined", slot as u32, "")).collect(),
+        ..Outcome::default()
+    }
+}
+
+fn event(tick: u64, kind: &str, slot: u32, detail: &str) -> Event {
+    Event { tick, kind: kind.into(), slot: Some(slot), detail: detail.into() }
+}
+
+fn percentiles(p50: f64) -> Option<Percentiles> {
+    Some(Percentiles { p50, p90: 2.0 * p50, p99: 4.0 * p50, p999: 8.0 * p50, max: 20.0 * p50, n: 12_345 })
+}
+
+fn with_processes(mut facts: RunFacts) -> RunFacts {
+    let mut process = |name: String, seat: Option<Seat>, pid: u32| {
+        facts.processes.push(ProcessFacts {
+            seat,
+            cpu_s: 0.25,
+            pss_kib: Some(2000 + u64::from(pid)),
+            run_queue_wait_s: Some(0.01 * f64::from(pid % 7)),
+            ..ProcessFacts::new(name, pid)
+        });
+    };
+    process("daemon".into(), None, 100);
+    process(ProcessFacts::WORLD.into(), None, 101);
+    for (slot, robot) in facts.robots.iter().enumerate() {
+        process(robot.id.clone(), Some(Seat { slot: slot as u32, incarnation: 0 }), 102 + slot as u32);
+    }
+    facts.startup_ms = Some(84.6);
+    facts.shm_bytes = Some(3_400_000);
+    facts.latency = Some(LatencyFacts {
+        pose_age_us: percentiles(8200.0),
+        wake_us: percentiles(55.0),
+        plan_us: percentiles(3.25),
+        step_us: percentiles(21.5),
+        command_age_us: percentiles(10_100.0),
+        reaction_us: percentiles(18_900.0),
+        periods: None,
+        deadline_misses: None,
+    });
+    facts
+}
+
+fn single() -> RunFacts {
+    RunFacts::new(scenario(3, Mode::Single), outcome(3), 0.05)
+}
+
+fn lockstep() -> RunFacts {
+    with_processes(RunFacts::new(scenario(3, Mode::Lockstep), outcome(3), 1.5))
+}
+
+fn realtime(robots: usize) -> RunFacts {
+    let mut facts = with_processes(RunFacts::new(scenario(robots, Mode::Realtime), outcome(robots), 12.01));
+    let latency = facts.latency.as_mut().unwrap();
+    (latency.periods, latency.deadline_misses) = (Some(600 * (robots as u64 + 1)), Some(0));
+    facts
+}
+
+/// A robot that joined late with another method, one that was killed, a task, a jam, and two contacts.
+fn failures() -> RunFacts {
+    let mut facts = realtime(25);
+    facts.outcome.ticks = 3000;
+    facts.wall_time_s = 60.0;
+    for slot in [3, 7] {
+        facts.outcome.robots[slot].contacts = 2;
+    }
+    facts.outcome.robot_contacts = 2;
+    facts.outcome.min_clearance_m = Some(-0.041);
+    for slot in 20..25 {
+        let fate = &mut facts.outcome.robots[slot];
+        (fate.arrived, fate.time_s, fate.path_ratio) = (false, None, None);
+        fate.deadlocked = slot < 23;
+    }
+    facts.outcome.robots[24].gone = Some("dead".into());
+    facts.outcome.robots[1].tasks_done = 1;
+    facts.robots[2].planner = "straight".into();
+    facts.outcome.events.extend([
+        event(210, "contact", 3, "with r07"),
+        event(250, "task", 1, "goal 4, -2"),
+        event(300, "killed", 24, "timeline"),
+        event(400, "joined", 2, "incarnation 1"),
+        event(455, "contact", 3, "with r07"),
+        event(500, "arrived", 0, ""),
+    ]);
+    facts.outcome.events.extend((0..12).map(|i| event(600 + i, "held", 4, "stopped")));
+    facts
+}
+
+fn interrupted() -> RunFacts {
+    let mut facts = lockstep();
+    facts.interrupted = true;
+    facts.outcome.ticks = 505;
+    for slot in [1, 2] {
+        let fate = &mut facts.outcome.robots[slot];
+        (fate.arrived, fate.time_s, fate.path_ratio) = (false, None, None);
+    }
+    facts
+}
+
+fn starved() -> RunFacts {
+    let mut facts = realtime(15);
+    let latency = facts.latency.as_mut().unwrap();
+    latency.deadline_misses = Some(120);
+    latency.wake_us = percentiles(1500.0);
+    facts.processes[3].run_queue_wait_s = Some(2.5);
+    facts
+}
+
+#[test]
+fn text_for_people() {
+    for (name, facts) in [
+        ("single", single()),
+        ("lockstep", lockstep()),
+        ("realtime", realtime(15)),
+        ("failures", failures()),
+        ("interrupted", interrupted()),
+        ("starved", starved()),
+    ] {
+        let report = assemble(facts);
+        for width in [80, 40] {
+            let text = render(&report, Style { width, color: false });
+            assert!(text.lines().all(|line| line.chars().count() <= width), "{name} at {width}:\n{text}");
+            insta::assert_snapshot!(format!("text_{name}_{width}"), text);
+        }
+        let painted = render(&report, Style { width: 80, color: true });
+        assert!(painted.starts_with("\x1b[1;3") && painted.matches('\x1b').count() == 2, "{painted}");
+    }
+}
+
+#[test]
+fn json_for_programs() {
+    insta::assert_json_snapshot!("json_realtime", assemble(realtime(2)));
+    insta::assert_json_snapshot!("json_single", assemble(single()));
+}
+
+#[test]
+fn every_field_of_the_contract_is_there() {
+    let json = serde_json::to_value(assemble(failures())).unwrap();
+    let check = |at: &serde_json::Value, fields: &str| {
+        for field in fields.split_whitespace() {
+            assert!(at.get(field).is_some(), "`{field}` is missing in {at}");
+        }
+    };
+    check(
+        &json,
+        "schema scenario mode planner filter seed robots tick_hz ticks sim_time_s wall_time_s rtf trajectory_hash \
+         verdict exit_code outcome per_robot latency resources events",
+    );
+    check(
+        &json["outcome"],
+        "arrived arrived_all succeeded makespan_s flowtime_s mean_time_s path_length_m path_ratio_mean robot_contacts \
+         obstacle_contacts min_clearance_m min_obstacle_clearance_m deadlocked ldj_mean filter_interventions",
+    );
+    check(
+        &json["per_robot"][0],
+        "id planner incarnation pid arrived time_s path_length_m path_ratio contacts tasks_done",
+    );
+    check(
+        &json["latency"],
+        "pose_age_us wake_us plan_us step_us command_age_us reaction_us periods deadline_misses stragglers",
+    );
+    check(&json["latency"]["wake_us"], "p50 p90 p99 p999 max n");
+    check(&json["resources"], "startup_ms cpu_s agent_pss_kib_mean agent_pss_kib_max shm_bytes");
+    check(&json["events"][0], "tick t_s kind robot detail");
+    assert_eq!(json["schema"], "shoal.report/1");
+    assert_eq!(json["planner"], "mixed");
+    assert_eq!(json["verdict"], "valid");
+}
+
+#[test]
+fn a_report_can_be_read_again() {
+    for facts in [single(), lockstep(), failures(), starved()] {
+        let report = assemble(facts);
+        let text = serde_json::to_string(&report).unwrap();
+        let again: Report = serde_json::from_str(&text).unwrap();
+        // Numbers may move by one unit in the last place.
+        assert_eq!((again.per_robot.len(), again.events.len()), (report.per_robot.len(), report.events.len()));
+        assert_eq!(
+            (again.unmet, again.starved_because, again.mode),
+            (report.unmet, report.starved_because, report.mode)
+        );
+    }
+}
+
+#[test]
+fn outcome_fields_follow_their_definitions() {
+    let outcome = assemble(failures()).outcome;
+    assert_eq!((outcome.arrived, outcome.arrived_all, outcome.succeeded), (20, false, 18));
+    assert_eq!((outcome.makespan_s, outcome.deadlocked), (None, 3));
+    assert_eq!(outcome.mean_time_s, Some(10.0 + 0.5 * 9.5), "over those that arrived");
+
+    let mut facts = single();
+    facts.outcome.robots[2].joined_tick = 500;
+    let outcome = assemble(facts).outcome;
+    assert_eq!(outcome.makespan_s, Some(21.0), "of the fleet, since the first tick");
+    assert_eq!(outcome.flowtime_s, Some(31.5), "of the robots, since they joined");
+
+    let mut facts = single();
+    facts.outcome.robots[2].arrived = false;
+    facts.outcome.robots[2].time_s = None;
+    facts.outcome.robots[2].gone = Some("left".into());
+    let report = assemble(facts);
+    assert!(report.outcome.arrived_all, "a robot that left on request owes nothing");
+    assert_eq!((report.exit_code, report.outcome.makespan_s), (0, Some(10.5)));
+
+    let mut facts = single();
+    facts.outcome.robots.remove(1);
+    let report = assemble(facts);
+    assert_eq!((report.robots, report.exit_code), (3, 1), "a robot that never joined has not arrived");
+    assert_eq!(report.per_robot[1].gone.as_deref(), Some("never-joined"));
+}
+
+#[test]
+fn robots_that_were_added_have_names_too() {
+    let mut facts = single();
+    facts.outcome.robots.push(RobotOutcome { slot: 3, arrived: true, time_s: Some(1.0), ..RobotOutcome::default() });
+    facts.outcome.events.push(event(9, "joined", 3, ""));
+    facts.robots.push(RobotFacts { id: "scout".into(), planner: "straight".into() });
+    let report = assemble(facts);
+    assert_eq!((report.robots, report.planner.as_str()), (4, "mixed"));
+    assert_eq!(report.per_robot[3].id, "scout");
+    assert_eq!(report.events.last().unwrap().robot.as_deref(), Some("scout"));
+}
+
+#[test]
+fn the_newest_life_gives_the_pid() {
+    let mut facts = lockstep();
+    let mut again = facts.processes[3].clone();
+    again.pid = 999;
+    again.seat = Some(Seat { slot: 1, incarnation: 1 });
+    facts.processes.insert(0, again);
+    assert_eq!(assemble(facts).per_robot[1].pid, Some(999));
+}
+
+#[test]
+fn exit_codes() {
+    let check = |interrupted, met, timed_out, expected| {
+        assert_eq!(exit_code(interrupted, met, timed_out), expected, "{interrupted} {met} {timed_out}");
+    };
+    check(false, true, false, 0);
+    check(false, true, true, 0); // fewer had to arrive than all
+    check(false, false, true, 4);
+    check(false, false, false, 1);
+    check(true, true, false, 130);
+    check(true, false, false, 130);
+    check(true, false, true, 130);
+}
+
+#[test]
+fn exit_codes_of_whole_runs() {
+    let check = |facts: RunFacts, expected: i32| assert_eq!(assemble(facts).exit_code, expected);
+    check(single(), 0);
+    check(starved(), 0);
+    check(interrupted(), 130);
+    check(failures(), 4);
+
+    let mut contact = single();
+    contact.outcome.obstacle_contacts = 1;
+    check(contact.clone(), 1);
+    contact.scenario.expect.contacts_max = 1;
+    check(contact, 0);
+
+    let mut enough = failures();
+    (enough.scenario.expect.arrived_min, enough.scenario.expect.contacts_max) = (Some(20), 2);
+    check(enough.clone(), 0);
+    enough.scenario.expect.arrived_min = Some(21);
+    check(enough, 4);
+}
+
+#[test]
+fn unmet_expectations_are_explained() {
+    let check = |change: &dyn Fn(&mut RunFacts), expected: &[&str]| {
+        let mut facts = single();
+        change(&mut facts);
+        let expect = facts.scenario.expect;
+        assert_eq!(unmet(&expect, &assemble(facts)), expected);
+    };
+    check(&|_| {}, &[]);
+    check(&|facts| facts.scenario.expect.makespan_s_max = Some(11.0), &[]);
+    check(
+        &|facts| facts.scenario.expect.makespan_s_max = Some(10.9),
+        &["expected all to arrive within 10.9 s, the last took 11.00 s"],
+    );
+    check(
+        &|facts| facts.scenario.expect.clearance_m_min = Some(0.5),
+        &["expected a clearance of 0.5 m, got 0.312 m to robots"],
+    );
+    check(&|facts| facts.scenario.expect.arrived_min = Some(4), &["expected at least 4 robots to arrive, 3 did"]);
+    check(
+        &|facts| {
+            facts.outcome.robot_contacts = 2;
+            facts.outcome.events.push(event(210, "contact", 1, "with r02"));
+        },
+        &["expected no contact, got 2: r01/r02 at 4.20 s, ..."],
+    );
+    check(
+        &|facts| {
+            facts.outcome.robots[1].arrived = false;
+            facts.scenario.expect.makespan_s_max = Some(30.0);
+        },
+        &["expected all robots to arrive, 2 of 3 did; missing: r01", "expected all to arrive within 30 s, not all did"],
+    );
+}
+
+#[test]
+fn starvation() {
+    let latency = |missed: u64, wake_p99: f64, stragglers: u64| LatencyReport {
+        wake_us: Some(Percentiles { p99: wake_p99, n: 100, ..Percentiles::default() }),
+        periods: Some(10_000),
+        deadline_misses: Some(missed),
+        stragglers,
+        ..LatencyReport::default()
+    };
+    let check = |mode, latency: Option<LatencyReport>, wait, starved: bool| {
+        let reasons = starved_because(mode, 0.02, latency.as_ref(), wait);
+        assert_eq!(verdict(&reasons) == Verdict::Starved, starved, "{mode:?} {latency:?} {wait:?}: {reasons:?}");
+    };
+    check(Mode::Realtime, Some(latency(10, 4000.0, 9)), Some(0.1), false); // all at their bounds
+    check(Mode::Realtime, Some(latency(11, 0.0, 0)), None, true);
+    check(Mode::Realtime, Some(latency(0, 4001.0, 0)), None, true);
+    check(Mode::Realtime, Some(latency(0, 0.0, 0)), Some(0.101), true);
+    check(Mode::Realtime, Some(LatencyReport::default()), None, false);
+    check(Mode::Realtime, None, None, false);
+    check(Mode::Lockstep, Some(latency(9999, 9e9, 0)), Some(0.9), false); // slow is not wrong
+    check(Mode::Lockstep, Some(latency(0, 0.0, 1)), None, true);
+    check(Mode::Single, None, Some(0.9), false);
+}
+
+#[test]
+fn shares_just_over_a_bound_do_not_read_like_the_bound() {
+    let latency = LatencyReport { periods: Some(100_000), deadline_misses: Some(101), ..LatencyReport::default() };
+    let reasons = starved_because(Mode::Realtime, 0.02, Some(&latency), None);
+    assert_eq!(reasons, ["101 of 100000 periods were missed (0.101 %, more than 0.1 %)"]);
+}
+
+mod files {
+    use super::super::sink::ReportFile;
+    use super::*;
+    use crate::exit;
+    use std::path::Path;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_report_is_written_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.json");
+        let file = ReportFile::prepare(&path).unwrap();
+        assert!(names(folder.path()).is_empty(), "checking leaves nothing behind");
+        file.write(&assemble(single())).unwrap();
+        file.write(&assemble(lockstep())).unwrap();
+        assert_eq!(names(folder.path()), ["out.json"]);
+        #[expect(clippy::disallowed_methods, reason = "a test of files")]
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(serde_json::from_str::<Report>(&text).unwrap().mode, Mode::Lockstep);
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_said_before_the_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let check = |path: &Path, cause: &str| {
+            let failure = ReportFile::prepare(path).unwrap_err();
+            assert_eq!(failure.code, exit::ENVIRONMENT);
+            let text = failure.to_string();
+            assert!(text.contains(cause) && text.contains("hint: "), "{text}");
+        };
+        check(folder.path(), "it is a directory");
+        check(&folder.path().join("no/such/out.json"), "there is no directory");
+        check(&folder.path().join("x".repeat(300)), "name too long");
+        check(Path::new("/proc/out.json"), "report `/proc/out.json`: cannot write");
+    }
+
+    #[test]
+    fn a_device_is_written_to_and_not_replaced() {
+        let file = ReportFile::prepare(Path::new("/dev/null")).unwrap();
+        file.write(&assemble(single())).unwrap();
+        assert!(!std::fs::metadata("/dev/null").unwrap().is_file());
+    }
+}

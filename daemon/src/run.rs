@@ -1,0 +1,185 @@
+//! `shoal run`: a scenario from its text to its report.
+
+use crate::cli::{FilterArg, RunArgs};
+use crate::exit::Failure;
+use crate::progress::{Progress, ProgressState};
+use crate::report::{self, LatencyFacts, ProcessFacts, RobotFacts, RunFacts, sink};
+use crate::source;
+use crate::supervisor::{self, Finished, Watch};
+use crate::{coordinator, single};
+use bus::{Counter, Metric, StatsSnapshot, clock};
+use protocol::world_to_daemon::{Notice, Outcome};
+use scenarios::{Mode, Overrides, Scenario};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+
+/// In `single`, ticks between two looks at the clock for the live line.
+const TICKS_PER_LOOK: u64 = 64;
+
+/// Runs what the command line asks for, prints the report, and says how to exit.
+///
+/// # Errors
+/// When the run cannot be started or reported.
+pub fn run(options: &RunArgs) -> Result<i32, Failure> {
+    if options.filter == FilterArg::HalfGap {
+        return Err(
+            Failure::usage("`--filter half-gap` is not built yet").hint("run without a filter: `--filter none`")
+        );
+    }
+    if options.record.is_some() {
+        return Err(Failure::usage("`--record` is not built yet").hint("`--report FILE.json` keeps the report"));
+    }
+    let overrides = Overrides {
+        mode: options.mode.map(Mode::from),
+        planner: options.planner.clone(),
+        robots: options.robots,
+        seed: options.seed,
+        duration_s: options.duration,
+        set: options.set.clone(),
+    };
+    let scenario = source::load(&options.scenario, &overrides)?;
+    let file = options.report.as_deref().map(sink::ReportFile::prepare).transpose()?;
+    let facts = match scenario.clock.mode {
+        Mode::Single => in_one_thread(scenario)?,
+        Mode::Lockstep | Mode::Realtime => as_processes(scenario)?,
+    };
+    let report = report::assemble(facts);
+    // The file first: a reader of standard output may have gone away, and nothing must get lost with it.
+    if let Some(file) = file {
+        file.write(&report)?;
+    }
+    sink::print(&report, options.format)?;
+    Ok(report.exit_code)
+}
+
+/// `single`: no process, no shared memory.
+fn in_one_thread(scenario: Scenario) -> Result<RunFacts, Failure> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        // The order matters: the second signal finds the flag set by the first, and ends the process.
+        signal_hook::flag::register_conditional_shutdown(signal, crate::exit::INTERRUPTED, Arc::clone(&interrupted))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&interrupted)))
+            .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
+    }
+    let mut progress = Progress::new(scenario.robots.len(), scenario.clock.ticks_max, scenario.clock.tick_hz);
+    let started_ns = clock::now_ns();
+    let wall_s = move || clock::now_ns().saturating_sub(started_ns) as f64 * 1e-9;
+    let outcome = single::run(&scenario, &mut |world, notices| {
+        for notice in notices {
+            if let Notice::Log(event) = notice
+                && coordinator::is_news(event)
+            {
+                progress.event(&coordinator::describe(&scenario, event));
+            }
+        }
+        if world.tick().is_multiple_of(TICKS_PER_LOOK) {
+            progress.update(&ProgressState {
+                tick: world.tick(),
+                robots: world.robot_count(),
+                arrived: world.arrived_count(),
+                contacts: world.contacts(),
+                wall_s: wall_s(),
+            });
+        }
+        if interrupted.load(SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    progress.finish();
+    let outcome: Outcome = outcome.map_err(|error| Failure::usage(error.to_string()))?;
+    let mut facts = RunFacts::new(scenario, outcome, wall_s());
+    facts.processes.push(this_process());
+    facts.interrupted = interrupted.load(SeqCst);
+    Ok(facts)
+}
+
+/// `lockstep` and `realtime`: every robot a process.
+fn as_processes(scenario: Scenario) -> Result<RunFacts, Failure> {
+    let (robots, time) = (scenario.robots.len(), scenario.clock);
+    let mut terminal = Terminal(Progress::new(robots, time.ticks_max, time.tick_hz));
+    let finished = supervisor::run(scenario, &mut terminal);
+    terminal.0.finish();
+    Ok(facts_of(finished?))
+}
+
+/// The live line of a fleet.
+struct Terminal(Progress);
+
+impl Watch for Terminal {
+    fn progress(&mut self, state: &bus::Progress, wall_s: f64) {
+        self.0.update(&ProgressState {
+            tick: state.tick,
+            robots: state.robots as usize,
+            arrived: state.arrived as usize,
+            contacts: state.contacts,
+            wall_s,
+        });
+    }
+
+    fn say(&mut self, line: &str) {
+        self.0.event(line);
+    }
+}
+
+fn facts_of(finished: Finished) -> RunFacts {
+    let realtime = finished.scenario.clock.mode == Mode::Realtime;
+    let mut merged = StatsSnapshot::default();
+    for (_, snapshot) in &finished.stats {
+        merged.merge(snapshot);
+    }
+    // Nanoseconds to microseconds.
+    let percentiles = |metric| {
+        merged.percentiles(metric).map(|p| report::Percentiles {
+            p50: p.p50 as f64 * 1e-3,
+            p90: p.p90 as f64 * 1e-3,
+            p99: p.p99 as f64 * 1e-3,
+            p999: p.p999 as f64 * 1e-3,
+            max: p.max as f64 * 1e-3,
+            n: p.n,
+        })
+    };
+    let latency = LatencyFacts {
+        pose_age_us: percentiles(Metric::PoseAge),
+        wake_us: percentiles(Metric::Wake),
+        plan_us: percentiles(Metric::Plan),
+        step_us: percentiles(Metric::Step),
+        command_age_us: percentiles(Metric::CommandAge),
+        reaction_us: percentiles(Metric::Reaction),
+        periods: realtime.then(|| merged.counter(Counter::Periods)),
+        deadline_misses: realtime.then(|| merged.counter(Counter::DeadlineMisses)),
+    };
+    let scenario = finished.scenario;
+    let fleet = (finished.processes.into_iter()).map(|(seat, pid, measured)| ProcessFacts {
+        name: match seat {
+            Some(seat) => scenario.robots[seat.slot as usize].id.clone(),
+            None => ProcessFacts::WORLD.to_owned(),
+        },
+        seat,
+        pid,
+        cpu_s: measured.cpu_s,
+        pss_kib: measured.pss_kib,
+        run_queue_wait_s: Some(measured.run_queue_wait_s),
+    });
+    let processes = fleet.chain([this_process()]).collect();
+    let stragglers = finished.outcome.events.iter().filter(|event| event.kind == "held" || event.kind == "dropped");
+    let stragglers = stragglers.count() as u64;
+    RunFacts {
+        robots: scenario.robots.iter().map(RobotFacts::of).collect(),
+        outcome: finished.outcome,
+        wall_time_s: finished.wall_time_s,
+        interrupted: finished.interrupted,
+        latency: Some(latency),
+        stragglers,
+        processes,
+        startup_ms: finished.startup_ms,
+        shm_bytes: Some(finished.shm_bytes),
+        scenario,
+    }
+}
+
+/// What the daemon itself used.
+fn this_process() -> ProcessFacts {
+    let pid = std::process::id();
+    let used_s = clock::schedstat_of(pid).map_or(0.0, |stat| stat.ran_ns as f64 * 1e-9);
+    ProcessFacts { name: "daemon".to_owned(), seat: None, pid, cpu_s: used_s, pss_kib: None, run_queue_wait_s: None }
+}

@@ -1,0 +1,86 @@
+//! `single`: the cores of a whole fleet in one thread.
+//!
+//! The same cores, the same order of things as in `lockstep`, without a process, a clock or shared memory. It is
+//! the fast way to try a method over many seeds, and the oracle that `lockstep` is held against.
+
+use protocol::Seat;
+use protocol::daemon_to_robot::AgentSpec;
+use protocol::robot_to_robot::PosePair;
+use protocol::world_to_daemon::{Notice, Outcome};
+use protocol::world_to_robot::{NeighborRef, Piece};
+use robot_agent::agent::AgentError;
+use robot_agent::{Agent, AgentInputs, AgentOutputs, Time};
+use scenarios::Scenario;
+use std::ops::ControlFlow;
+use world_sim::World;
+
+/// One robot's process, were it one.
+struct Cell {
+    seat: Seat,
+    agent: Agent,
+    board: PosePair,
+}
+
+/// Runs the scenario to its end, or until `watch` breaks it off. `watch` sees the world after every tick, and what
+/// happened in it.
+///
+/// # Errors
+/// When a robot's method cannot be built.
+pub fn run(
+    scenario: &Scenario,
+    watch: &mut dyn FnMut(&World, &[Notice]) -> ControlFlow<()>,
+) -> Result<Outcome, AgentError> {
+    let mut world = World::new(scenario);
+    let mut cells: Vec<Option<Cell>> = scenario.robots.iter().map(|_| None).collect();
+    let mut heard: Vec<(NeighborRef, PosePair)> = Vec::new();
+    let mut pieces: Vec<Piece> = Vec::new();
+    let mut answers: Vec<(Seat, AgentOutputs)> = Vec::new();
+
+    while !world.finished() {
+        world.open(&mut |_| true);
+        answers.clear();
+        for seat in world.participants().to_vec() {
+            enter(&mut cells, scenario, seat)?;
+        }
+        for &seat in world.participants() {
+            let slot = seat.slot as usize;
+            heard.clear();
+            heard.extend(world.neighbors(slot).iter().filter_map(|who| Some((*who, board_of(&cells, *who)?))));
+            pieces.clear();
+            pieces.extend(world.sensed(slot).iter().map(|index| world.piece(usize::from(*index))));
+            let cell = cells[slot].as_mut().expect("every participant has entered");
+            let outputs = cell.agent.step(&AgentInputs {
+                odometry: &world.odometry(slot),
+                heard: &heard,
+                pieces: &pieces,
+                time: Time::Ticks,
+            });
+            cell.board.push(outputs.pose);
+            answers.push((seat, outputs));
+        }
+        world.close(&mut |seat| {
+            let index = answers.binary_search_by_key(&seat.slot, |(who, _)| who.slot).ok()?;
+            Some(answers[index].1.drive)
+        });
+        let notices = world.take_notices();
+        if watch(&world, &notices).is_break() {
+            break;
+        }
+    }
+    Ok(world.outcome())
+}
+
+/// Starts the agent of a seat, unless it runs already. A new incarnation starts with an empty board.
+fn enter(cells: &mut [Option<Cell>], scenario: &Scenario, seat: Seat) -> Result<(), AgentError> {
+    let slot = seat.slot as usize;
+    if cells[slot].as_ref().is_none_or(|cell| cell.seat != seat) {
+        let agent = Agent::new(AgentSpec::new(scenario, &scenario.robots[slot], seat))?;
+        cells[slot] = Some(Cell { seat, agent, board: PosePair::default() });
+    }
+    Ok(())
+}
+
+fn board_of(cells: &[Option<Cell>], who: NeighborRef) -> Option<PosePair> {
+    let cell = cells.get(who.slot as usize)?.as_ref()?;
+    (cell.seat.incarnation == who.incarnation).then_some(cell.board)
+}

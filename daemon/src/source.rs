@@ -1,0 +1,103 @@
+//! Where a scenario comes from: a file, or the catalog that ships with shoal.
+
+use crate::exit::{Failure, USAGE};
+use scenarios::{Overrides, Problems, Scenario};
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+
+/// No scenario is larger: a device or a wrong file must not fill the memory.
+const BYTES_MAX: u64 = 16 << 20;
+
+/// Reads and validates a scenario.
+///
+/// # Errors
+/// Exit code 2: there is no such scenario, or it has problems; all of them.
+pub fn load(name: &OsStr, overrides: &Overrides) -> Result<Scenario, Failure> {
+    let (shown, text) = read(name)?;
+    scenarios::parse(&shown, &text, overrides).map_err(|problems| failure(&problems))
+}
+
+/// The text of a scenario, and the name to call it by.
+///
+/// A name with a `/`, one that ends in `.toml`, and the name of an existing file mean that file; any other name is
+/// looked up in the catalog.
+///
+/// # Errors
+/// Exit code 2: it is not there, or cannot be read.
+pub fn read(name: &OsStr) -> Result<(String, String), Failure> {
+    let (path, shown) = (Path::new(name), name.to_string_lossy().into_owned());
+    let looks_like_a_file = shown.contains('/') || shown.ends_with(".toml") || path.is_file();
+    if !looks_like_a_file {
+        return match scenarios::find_catalog(&shown) {
+            Ok(entry) => Ok((entry.name.to_owned(), entry.text.to_owned())),
+            Err(unknown) => Err(Failure::usage(unknown.to_string())
+                .hint(unknown.hint())
+                .hint("a file is named with its path, as in `./my.toml`")),
+        };
+    }
+    let bytes = read_bounded(path).map_err(|error| {
+        let (cause, hint) = match error.kind() {
+            ErrorKind::NotFound => ("there is no such file".to_owned(), "`shoal validate` lists the catalog"),
+            ErrorKind::IsADirectory => ("it is a directory".to_owned(), "name a file in it"),
+            ErrorKind::FileTooLarge => (format!("it is larger than {} MiB", BYTES_MAX >> 20), "is it a scenario?"),
+            ErrorKind::PermissionDenied => ("it may not be read".to_owned(), "check its permissions"),
+            _ => (error.to_string(), "can the file be read with other tools?"),
+        };
+        Failure::usage(format!("scenario `{shown}`: {cause}")).hint(hint)
+    })?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        Failure::usage(format!("scenario `{shown}`: byte {at} is not UTF-8")).hint("a scenario is a TOML text")
+    })?;
+    Ok((shown, text))
+}
+
+fn read_bounded(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    #[expect(clippy::disallowed_methods, reason = "the command line reads the scenario")]
+    File::open(path)?.take(BYTES_MAX + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > BYTES_MAX { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
+}
+
+/// All problems of a scenario as one failure.
+pub fn failure(problems: &Problems) -> Failure {
+    Failure::from_text(USAGE, &problems.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_read_names_the_file_the_cause_and_the_way_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, bytes: &[u8]| {
+            let path = folder.path().join(name);
+            #[expect(clippy::disallowed_methods, reason = "a test of files")]
+            std::fs::write(&path, bytes).unwrap();
+            path.into_os_string()
+        };
+        let check = |name: &OsStr, cause: &str| {
+            let failure = load(name, &Overrides::default()).unwrap_err();
+            let text = failure.to_string();
+            assert_eq!(failure.code, USAGE, "{text}");
+            assert!(text.contains(cause), "{cause}: {text}");
+            assert!(text.starts_with("error: ") && text.contains("\nhint: "), "{text}");
+        };
+        check(OsStr::new("no/such.toml"), "scenario `no/such.toml`: there is no such file");
+        check(OsStr::new("such.toml"), "scenario `such.toml`: there is no such file");
+        check(folder.path().as_os_str(), "it is a directory");
+        check(OsStr::new("/dev/zero"), "it is larger than 16 MiB");
+        check(&file("bytes.toml", b"name = \"\xff\""), "byte 8 is not UTF-8");
+        check(&file("empty.toml", b""), "empty.toml`: ");
+        check(OsStr::new("demo-16"), "unknown scenario `demo-16`");
+        check(OsStr::new(""), "unknown scenario ``");
+    }
+
+    #[test]
+    fn the_catalog_is_there_without_a_file() {
+        assert_eq!(load(OsStr::new("demo-15"), &Overrides::default()).unwrap().name, "demo-15");
+    }
+}

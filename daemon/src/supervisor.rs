@@ -1,0 +1,431 @@
+//! The supervisor: the processes of one fleet and the shared memory they live in. It does what the coordinator
+//! decides, and tells it what became of it.
+
+use crate::coordinator::{Action, Coordinator, Ending, Signal};
+use crate::exit::{self, Failure};
+use crate::guardian::Guardian;
+use crate::processes::{Children, Measured};
+use crate::signals::Signals;
+use bus::{Address, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes};
+use bus::{WorldObserver, clean, clock};
+use protocol::Seat;
+use protocol::codec;
+use protocol::daemon_to_robot::AgentSpec;
+use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
+use protocol::world_to_daemon::Outcome;
+use protocol::world_to_robot::Odometry;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, Signal as Kill};
+use scenarios::{Mode, Scenario};
+use std::path::Path;
+use std::time::Duration;
+
+/// How often the daemon looks at the clock while nothing happens.
+const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+/// How often it looks while the agents go.
+const FAREWELL_BEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
+/// How long the agents have to end by themselves once the run is over.
+const FAREWELL: Duration = Duration::from_millis(1500);
+/// SIGBUS: what writing into a full tmpfs does.
+const SIGBUS: i32 = 7;
+
+/// What a run came to.
+pub struct Finished {
+    /// Ground truth.
+    pub outcome: Outcome,
+    /// The scenario, with the robots that were added.
+    pub scenario: Scenario,
+    /// Every process that ran, and what it used. The world has no seat.
+    pub processes: Vec<(Option<Seat>, u32, Measured)>,
+    /// Statistics that the processes left, by name.
+    pub stats: Vec<(String, bus::StatsSnapshot)>,
+    /// From the first tick to the end of the last, s.
+    pub wall_time_s: f64,
+    /// From the first spawn to the first tick, ms.
+    pub startup_ms: Option<f64>,
+    /// Shared memory that the fleet took, bytes.
+    pub shm_bytes: u64,
+    /// Somebody asked for the end before its time.
+    pub interrupted: bool,
+}
+
+/// Whoever watches a run.
+pub trait Watch {
+    /// Where the run is, this long after its first tick, s of wall time.
+    fn progress(&mut self, progress: &Progress, wall_s: f64);
+    /// Something happened.
+    fn say(&mut self, line: &str);
+}
+
+/// Whose process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Who {
+    /// The world's.
+    World,
+    /// The agent of this seat.
+    Agent(Seat),
+}
+
+/// One fleet, from its creation to its end.
+pub struct Supervisor {
+    address: Address,
+    coordinator: Coordinator,
+    children: Children,
+    gate: Gate,
+    orders: OrderSender,
+    notices: NoticeReceiver,
+    operators: OperatorServer,
+    observer: WorldObserver,
+    signals: Signals,
+    world_ending: Option<Ending>,
+    /// Somebody wants the end at once.
+    killed: bool,
+    spawned_ns: u64,
+    node: Node,
+    _services: Services,
+    guardian: Guardian,
+    _lease: Lease,
+}
+
+/// Runs a scenario as real processes, and removes everything of it afterwards.
+///
+/// # Errors
+/// When the environment fails: shared memory, an executable, a process that cannot be started, a dead world; or when
+/// the run is interrupted twice.
+pub fn run(scenario: Scenario, watch: &mut dyn Watch) -> Result<Finished, Failure> {
+    crate::processes::check_executables(&scenario)?;
+    let address = Address::create()?;
+    let result = Supervisor::create(address.clone(), scenario).and_then(|mut supervisor| {
+        let result =
+            supervisor.start().and_then(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
+        supervisor.children.kill_all();
+        let Supervisor { guardian, children, .. } = supervisor;
+        // Everything that killed processes left goes here; the guardian stays on guard until that is done.
+        drop(children);
+        clean::sweep(&address);
+        guardian.dismiss();
+        result
+    });
+    if result.is_err() {
+        clean::sweep(&address);
+    }
+    result
+}
+
+impl Supervisor {
+    /// Creates the fleet's shared memory; no process runs yet but the guardian.
+    fn create(address: Address, scenario: Scenario) -> Result<Supervisor, Failure> {
+        let signals = Signals::install()
+            .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
+        let lease = Lease::take(&address)?;
+        let sizes = Sizes { max_robots: scenario.fleet.max_robots as u32, shape_pieces: scenario.shape_pieces() };
+        sizes.check_space(&address)?;
+        crate::processes::raise_open_files();
+        let guardian = Guardian::start(&address)?;
+        write(&address, world_sim::shell::SCENARIO_FILE, &scenario)?;
+        let node = Node::new(&address, "daemon")?;
+        let services = Services::create(&node, sizes)?;
+        Ok(Supervisor {
+            children: Children::new(&address),
+            gate: Gate::create(&address, sizes.max_robots)?,
+            orders: OrderSender::open(&node)?,
+            notices: NoticeReceiver::open(&node)?,
+            operators: OperatorServer::open(&node)?,
+            observer: WorldObserver::open(&node)?,
+            coordinator: Coordinator::new(scenario),
+            address,
+            signals,
+            world_ending: None,
+            killed: false,
+            spawned_ns: 0,
+            node,
+            _services: services,
+            guardian,
+            _lease: lease,
+        })
+    }
+
+    /// Starts the world, and the agents of all robots that are there from the beginning.
+    fn start(&mut self) -> Result<(), Failure> {
+        self.spawned_ns = clock::now_ns();
+        self.children.spawn_world()?;
+        if let Some(group) = self.children.group() {
+            self.guardian.watch(group);
+        }
+        self.coordinator.begin();
+        self.act(None)
+    }
+
+    /// The loop: sleep until something happens, find out what, do what follows.
+    fn supervise(&mut self, watch: &mut dyn Watch) -> Result<(), Failure> {
+        while self.world_ending.is_none() && !self.killed {
+            {
+                let mut sources = [
+                    PollFd::new(&self.signals, PollFlags::IN),
+                    PollFd::new(&self.notices, PollFlags::IN),
+                    PollFd::new(&self.operators, PollFlags::IN),
+                ];
+                // An interrupted sleep is as good as a finished one.
+                let _ = poll(&mut sources, Some(&HEARTBEAT));
+            }
+            for _ in 0..self.signals.take_interrupts() {
+                self.coordinator.interrupt();
+            }
+            self.reap()?;
+            while let Some(notice) = self.notices.take() {
+                self.coordinator.notice(notice);
+            }
+            self.serve();
+            self.orders.flush();
+            let gate = &self.gate;
+            self.coordinator.time(now(), &|seat| gate.is_ready(seat));
+            self.act(Some(watch))?;
+            if self.gate.start_ns().is_some() {
+                self.children.begin_measuring();
+                self.show(watch);
+            }
+        }
+        Ok(())
+    }
+
+    /// The world has ended: take stock, let the agents go, read what they left.
+    fn finish(&mut self, watch: &mut dyn Watch) -> Result<Finished, Failure> {
+        if self.killed {
+            return Err(Failure { code: exit::INTERRUPTED, lines: Vec::new() });
+        }
+        self.coordinator.stopping();
+        while let Some(notice) = self.notices.take() {
+            self.coordinator.notice(notice);
+        }
+        self.act(Some(watch))?;
+        self.show(watch);
+
+        self.children.measure_all();
+        let shm_bytes = clean::usage(&self.address);
+        let (start_ns, end_ns) = (self.gate.start_ns(), self.gate.progress().stamp_ns);
+        self.gate.stop();
+        let farewell = now();
+        while self.children.any() && now() - farewell < FAREWELL {
+            let _ = poll(&mut [PollFd::new(&self.signals, PollFlags::IN)], Some(&FAREWELL_BEAT));
+            let _ = self.signals.take_interrupts();
+            self.reap()?;
+        }
+        self.children.kill_all();
+
+        let Some(outcome) = self.outcome() else {
+            let ending = self.world_ending.map_or("is gone".to_owned(), |ending| ending.describe());
+            let mut failure = Failure::environment(format!("world-sim {ending} before the run was over"));
+            if let Some(words) = self.children.last_words("world") {
+                failure = failure.hint(format!("its last words: {words}"));
+            }
+            return Err(failure.hint("the run has no outcome; everything of it has been removed"));
+        };
+        Ok(Finished {
+            outcome,
+            scenario: self.coordinator.scenario().clone(),
+            processes: self.children.take_measured(),
+            stats: bus::stats::read_all(&self.address)?,
+            wall_time_s: start_ns.map_or(0.0, |start_ns| end_ns.saturating_sub(start_ns) as f64 * 1e-9),
+            startup_ms: start_ns.map(|start_ns| start_ns.saturating_sub(self.spawned_ns) as f64 * 1e-6),
+            shm_bytes,
+            interrupted: self.coordinator.interrupted(),
+        })
+    }
+
+    fn show(&self, watch: &mut dyn Watch) {
+        let progress = self.gate.progress();
+        let start_ns = self.gate.start_ns().unwrap_or(progress.stamp_ns);
+        watch.progress(&progress, progress.stamp_ns.saturating_sub(start_ns) as f64 * 1e-9);
+    }
+
+    /// Finds out which processes ended, were stopped, or go on.
+    fn reap(&mut self) -> Result<(), Failure> {
+        for (who, change) in self.children.changes() {
+            match (who, change) {
+                (Who::World, Change::Ended(ending)) => {
+                    fail_on_full_memory("world-sim", ending)?;
+                    self.world_ending = Some(ending);
+                }
+                (Who::World, _) => {}
+                (Who::Agent(seat), Change::Ended(ending)) => {
+                    let name = self.coordinator.name(seat.slot).to_owned();
+                    fail_on_full_memory(&format!("robot `{name}`"), ending)?;
+                    if ending.code.is_some_and(|code| code != 0)
+                        && let Some(words) = self.children.last_words(&robot_agent::shell::spec_file(seat))
+                    {
+                        self.coordinator.say(format!("{name}: {words}"));
+                    }
+                    self.coordinator.exited(seat, ending);
+                }
+                (Who::Agent(seat), Change::Stopped) => self.coordinator.stopped(seat),
+                (Who::Agent(seat), Change::Continued) => self.coordinator.continued(seat),
+            }
+        }
+        Ok(())
+    }
+
+    /// Does what the coordinator decided.
+    fn act(&mut self, mut watch: Option<&mut dyn Watch>) -> Result<(), Failure> {
+        loop {
+            let actions = self.coordinator.take_actions();
+            if actions.is_empty() {
+                return Ok(());
+            }
+            for action in actions {
+                match action {
+                    Action::Spawn(seat) => self.spawn_agent(seat)?,
+                    Action::Signal(seat, signal) => {
+                        if let Some(pid) = self.coordinator.members()[seat.slot as usize].pid {
+                            let signal = match signal {
+                                Signal::Kill => Kill::KILL,
+                                Signal::Stop => Kill::STOP,
+                                Signal::Continue => Kill::CONT,
+                            };
+                            self.children.signal(pid, signal);
+                        }
+                    }
+                    Action::Order(order) => {
+                        self.orders.send(&order)?;
+                        self.gate.ring_world();
+                    }
+                    Action::Say(line) => {
+                        if let Some(watch) = watch.as_deref_mut() {
+                            watch.say(&line);
+                        }
+                    }
+                    Action::KillFleet => self.killed = true,
+                }
+            }
+        }
+    }
+
+    fn spawn_agent(&mut self, seat: Seat) -> Result<(), Failure> {
+        let Some(robot) = self.coordinator.scenario().robots.get(seat.slot as usize) else { return Ok(()) };
+        let program = robot.agent.clone();
+        let spec = AgentSpec::new(self.coordinator.scenario(), robot, seat);
+        write(&self.address, &robot_agent::shell::spec_file(seat), &spec)?;
+        if seat.incarnation > 0 {
+            // The life before left its ports behind: their places are needed.
+            clean::janitor(&self.node);
+        }
+        match self.children.spawn_agent(seat, program.as_deref()) {
+            Ok(pid) => self.coordinator.spawned(seat, pid, now()),
+            Err(error) => self.coordinator.not_spawned(seat, &error.to_string()),
+        }
+        Ok(())
+    }
+
+    /// Answers operators.
+    fn serve(&mut self) {
+        while let Some((request, responder)) = self.operators.take() {
+            let reply = match &request {
+                Request::Status => Reply::Status(self.status()),
+                request => {
+                    let (observer, robots) = (&self.observer, &self.coordinator.scenario().robots);
+                    let bodies: Vec<(u32, Odometry, f64)> = (self.coordinator.members().iter())
+                        .filter(|member| member.in_world())
+                        .map(|member| member.seat.slot)
+                        .map(|slot| (slot, observer.odometry(slot as usize), robots[slot as usize].radius_m))
+                        .collect();
+                    let near = |[x_m, y_m]: [f64; 2], radius_m: f64| {
+                        let reach = |body: &(u32, Odometry, f64)| {
+                            (body.1.x_m - x_m).hypot(body.1.y_m - y_m) < body.2 + radius_m
+                        };
+                        bodies.iter().find(|body| reach(body)).map(|body| body.0)
+                    };
+                    self.coordinator.request(request, &near)
+                }
+            };
+            responder.reply(&reply);
+        }
+    }
+
+    fn status(&self) -> Status {
+        let (scenario, progress) = (self.coordinator.scenario(), self.gate.progress());
+        let robots = (self.coordinator.members().iter())
+            .zip(&scenario.robots)
+            .map(|(member, robot)| {
+                let odometry = self.observer.odometry(member.seat.slot as usize);
+                RobotStatus {
+                    id: robot.id.clone(),
+                    slot: member.seat.slot,
+                    incarnation: member.seat.incarnation,
+                    pid: member.pid,
+                    state: member.state.word().to_owned(),
+                    planner: robot.planner.clone(),
+                    position_m: [odometry.x_m, odometry.y_m],
+                    goal_m: [odometry.goal_x_m, odometry.goal_y_m],
+                    arrived: odometry.has(Odometry::FLAG_ARRIVED),
+                    goals_done: odometry.goals_done,
+                    goals_left: odometry.goals_left,
+                }
+            })
+            .collect();
+        Status {
+            scenario: scenario.name.clone(),
+            mode: match scenario.clock.mode {
+                Mode::Single => "single",
+                Mode::Lockstep => "lockstep",
+                Mode::Realtime => "realtime",
+            }
+            .to_owned(),
+            tick: progress.tick,
+            time_s: progress.tick as f64 * scenario.clock.dt_s(),
+            daemon_pid: rustix::process::getpid().as_raw_nonzero().get() as u32,
+            world_pid: self.children.world_pid().unwrap_or(0),
+            robots,
+        }
+    }
+
+    fn outcome(&self) -> Option<Outcome> {
+        let path = self.address.file(world_sim::shell::OUTCOME_FILE);
+        #[expect(clippy::disallowed_methods, reason = "the supervisor reads what the world left")]
+        let bytes = std::fs::read(path).ok()?;
+        codec::decode(&bytes).ok()
+    }
+}
+
+/// The monotonic clock.
+fn now() -> Duration {
+    Duration::from_nanos(clock::now_ns())
+}
+
+/// What happened to a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It ended, and has been reaped.
+    Ended(Ending),
+    /// It was stopped.
+    Stopped,
+    /// It goes on.
+    Continued,
+}
+
+/// A process that dies of SIGBUS wrote into a tmpfs that had no room left.
+fn fail_on_full_memory(who: &str, ending: Ending) -> Result<(), Failure> {
+    if ending.signal == Some(SIGBUS) {
+        return Err(Failure::environment(format!("{who}: died of SIGBUS: shared memory is full"))
+            .hint("make room in /dev/shm (`df -h /dev/shm`, `shoal clean`), or mount it larger"));
+    }
+    Ok(())
+}
+
+/// Leaves a value for a process of the fleet, as a file in the root of the run.
+fn write<T: serde::Serialize>(address: &Address, name: &str, value: &T) -> Result<(), Failure> {
+    let path = address.file(name);
+    let bytes = codec::encode(value).map_err(|error| Failure::environment(format!("`{}`: {error}", path.display())))?;
+    write_bytes(&path, &bytes)
+}
+
+fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    #[expect(clippy::disallowed_methods, reason = "the supervisor leaves specs in the root of the run")]
+    std::fs::write(path, bytes).map_err(|error| {
+        Failure::environment(format!("`{}`: cannot write: {error}", path.display()))
+            .hint("is /dev/shm full? see `df -h /dev/shm` and `shoal clean`")
+    })
+}
+
+/// A process id as rustix wants it.
+pub(crate) fn pid_of(pid: u32) -> Option<Pid> {
+    Pid::from_raw(pid as i32)
+}

@@ -1,0 +1,13 @@
+//! The verbs of the command line, one file each. `run` has a module of its own.
+
+pub mod add;
+pub mod clean;
+pub mod doctor;
+pub mod fleet;
+pub mod internal;
+pub mod planners;
+pub mod ps;
+pub mod schema;
+pub mod task;
+pub mod unbuilt;
+pub mod validate;
