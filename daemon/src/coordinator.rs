@@ -251,7 +251,8 @@ impl Coordinator {
         let late: Vec<Seat> = self
             .members
             .iter()
-            .filter(|member| member.state == State::Starting && now.saturating_sub(member.started_at) > limit)
+            .filter(|member| member.state == State::Starting && member.pid.is_some())
+            .filter(|member| now.saturating_sub(member.started_at) > limit)
             .map(|member| member.seat)
             .filter(|seat| !ready(*seat))
             .collect();
@@ -519,6 +520,9 @@ mod tests {
         let mut coordinator = running(&["fleet.start_limit_s=2"]);
         coordinator.exited(seat(0, 0), killed());
         coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
+        coordinator.take_actions();
+        coordinator.time(Duration::from_secs(10), &|_| false);
+        assert_eq!(coordinator.take_actions(), [], "it is not even started");
         coordinator.spawned(seat(0, 1), 200, Duration::from_secs(10));
         coordinator.take_actions();
         coordinator.time(Duration::from_secs(13), ALL_READY);

@@ -94,8 +94,11 @@ pub struct Supervisor {
 /// the run is interrupted twice.
 pub fn run(scenario: Scenario, watch: &mut dyn Watch) -> Result<Finished, Failure> {
     crate::processes::check_executables(&scenario)?;
+    // First of all: whoever ends the run from here on finds somebody who cleans.
+    let signals = Signals::install()
+        .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
     let address = Address::create()?;
-    let result = Supervisor::create(address.clone(), scenario).and_then(|mut supervisor| {
+    let result = Supervisor::create(address.clone(), scenario, signals).and_then(|mut supervisor| {
         let result =
             supervisor.start().and_then(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
         supervisor.children.kill_all();
@@ -114,9 +117,7 @@ pub fn run(scenario: Scenario, watch: &mut dyn Watch) -> Result<Finished, Failur
 
 impl Supervisor {
     /// Creates the fleet's shared memory; no process runs yet but the guardian.
-    fn create(address: Address, scenario: Scenario) -> Result<Supervisor, Failure> {
-        let signals = Signals::install()
-            .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
+    fn create(address: Address, scenario: Scenario, signals: Signals) -> Result<Supervisor, Failure> {
         let lease = Lease::take(&address)?;
         let sizes = Sizes { max_robots: scenario.fleet.max_robots as u32, shape_pieces: scenario.shape_pieces() };
         sizes.check_space(&address)?;
