@@ -46,41 +46,11 @@ pub enum Counter {
     Periods,
     /// Periods that were over before their work was.
     DeadlineMisses,
-    /// Robots that were held or dropped because they did not answer.
-    Stragglers,
-    /// Commands that the safety filter changed.
-    FilterInterventions,
-    /// Steps in which a command was too old, and the robot was stopped for it.
-    StaleCommands,
-    /// Boards of neighbours that were opened.
-    BoardsOpened,
-    /// Boards of neighbours that could not be opened, though the world named them.
-    BoardsFailed,
-    /// Notices that found no room.
-    NoticesLost,
-    /// Time without a processor though ready to run, ns; brought up to date now and then.
-    RunQueueWaitNs,
-    /// Time on a processor, ns; brought up to date now and then.
-    CpuNs,
-    /// From the start of the process to its being ready, ns.
-    StartupNs,
 }
 
 impl Counter {
     /// All of them.
-    pub const ALL: [Counter; 11] = [
-        Counter::Periods,
-        Counter::DeadlineMisses,
-        Counter::Stragglers,
-        Counter::FilterInterventions,
-        Counter::StaleCommands,
-        Counter::BoardsOpened,
-        Counter::BoardsFailed,
-        Counter::NoticesLost,
-        Counter::RunQueueWaitNs,
-        Counter::CpuNs,
-        Counter::StartupNs,
-    ];
+    pub const ALL: [Counter; 2] = [Counter::Periods, Counter::DeadlineMisses];
 }
 
 const DIRECTORY: &str = "stats";
@@ -167,11 +137,6 @@ impl StatsWriter {
     pub fn add(&self, counter: Counter, n: u64) {
         let word = self.map.u64_at(COUNTERS + 8 * counter as usize);
         word.store(word.load(Relaxed).wrapping_add(n), Relaxed);
-    }
-
-    /// Sets a counter, for those that somebody else counts.
-    pub fn set(&self, counter: Counter, value: u64) {
-        self.map.u64_at(COUNTERS + 8 * counter as usize).store(value, Relaxed);
     }
 }
 
@@ -347,7 +312,7 @@ mod tests {
         let writer = StatsWriter::create(&address, "agent-1", &[Metric::Wake, Metric::Plan]).unwrap();
         writer.add(Counter::Periods, 2);
         writer.add(Counter::Periods, 3);
-        writer.set(Counter::CpuNs, 9);
+        writer.add(Counter::DeadlineMisses, 9);
         writer.record(Metric::Reaction, 1);
         writer.record(Metric::Plan, u64::MAX);
         drop(writer);
@@ -355,7 +320,7 @@ mod tests {
         crate::clean::sweep(&address);
         let (name, snapshot) = &all.unwrap()[0];
         assert_eq!(name, "agent-1");
-        assert_eq!((snapshot.counter(Counter::Periods), snapshot.counter(Counter::CpuNs)), (5, 9));
+        assert_eq!((snapshot.counter(Counter::Periods), snapshot.counter(Counter::DeadlineMisses)), (5, 9));
         assert_eq!((snapshot.percentiles(Metric::Wake), snapshot.percentiles(Metric::Reaction)), (None, None));
         assert_eq!(snapshot.percentiles(Metric::Plan).unwrap().max, u64::MAX);
         assert!(read_all(&address).unwrap_err().is_missing());

@@ -40,7 +40,7 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         all_known: crew.complete,
         radio,
         clock,
-        cut_short: matches!(clock_node.at("duration_s"), Origin::Option(_)),
+        cut_short: clock_node.has("duration_s") && matches!(clock_node.at("duration_s"), Origin::Option(_)),
         ground,
     };
     let events = stage.events(root, report);
