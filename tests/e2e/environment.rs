@@ -1,0 +1,152 @@
+//! What the machine does not allow is said before anything is started, with the way out; other users are strangers.
+
+use crate::support::{PrivateShm, Run, SHOAL, assert_clean, lanes, run, shoal, signal};
+use rustix::process::{Signal, geteuid};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::process::Command;
+use tempfile::TempDir;
+
+#[test]
+fn agents_that_cannot_be_executed() {
+    let dir = TempDir::new().unwrap();
+    let plain = dir.path().join("plain");
+    std::fs::write(&plain, "not a program").unwrap();
+    std::fs::set_permissions(&plain, std::fs::Permissions::from_mode(0o644)).unwrap();
+    let check = |agent: &std::path::Path, problem: &str| {
+        let scenario = format!("{}agent = {agent:?}\n", lanes(2, 1.0));
+        for mode in ["lockstep", "realtime"] {
+            let ended = Run::scenario(&scenario).mode(mode).finish();
+            let ended = ended.expect_failure(3, &["robot `b`", &agent.display().to_string(), problem]);
+            assert!(ended.stdout.is_empty(), "{ended}");
+        }
+    };
+    check(&dir.path().join("missing"), "No such file");
+    check(&plain, "not executable");
+    check(dir.path(), "it is a directory");
+}
+
+/// Runs a scenario where `/dev/shm` is something else.
+fn refused(mount: &str, robots: &str, words: &[&str]) {
+    let Some(machine) = PrivateShm::new(mount) else { return };
+    let before = std::fs::read_dir(machine.path()).unwrap().count();
+    for mode in ["lockstep", "realtime"] {
+        let run =
+            Run::scenario_by(machine.shoal(), &lanes(2, 1.0)).mode(mode).set(&format!("fleet.max_robots={robots}"));
+        let ended = run.finish().expect_failure(3, words);
+        assert!(ended.stdout.is_empty(), "{ended}");
+        assert_eq!(std::fs::read_dir(machine.path()).unwrap().count(), before, "nothing is left\n{ended}");
+    }
+}
+
+#[test]
+fn shared_memory_is_too_small() {
+    refused("-t tmpfs -o size=1m tmpfs", "10", &["/dev/shm", "10 robots need", "are free", "enlarge"]);
+}
+
+#[test]
+fn shared_memory_has_too_few_files() {
+    refused("-t tmpfs -o nr_inodes=40 tmpfs", "10", &["/dev/shm", "files"]);
+}
+
+#[test]
+fn shared_memory_is_read_only() {
+    refused("-t tmpfs -o ro tmpfs", "10", &["/dev/shm", "Read-only", "writable"]);
+}
+
+#[test]
+fn shared_memory_is_a_disk() {
+    let dir = TempDir::new().unwrap();
+    // Only if the temporary directory is no tmpfs itself.
+    let kind = run({
+        let mut command = Command::new("stat");
+        command.args(["-f", "-c", "%T"]).arg(dir.path());
+        command
+    });
+    if kind.stdout.trim() == "tmpfs" {
+        return eprintln!("skipped: {} is a tmpfs", dir.path().display());
+    }
+    refused(&format!("--bind {}", dir.path().display()), "10", &["/dev/shm", "not a tmpfs", "mount"]);
+}
+
+#[test]
+fn shared_memory_fills_up_while_the_fleet_runs() {
+    let Some(machine) = PrivateShm::new("-t tmpfs -o size=64m tmpfs") else { return };
+    let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(2, 1.0));
+    let mut fleet = Run::scenario_by(machine.shoal(), &scenario).mode("realtime").set("world.y_m=[-4, 4]").start();
+    let id = fleet.id();
+    fleet.agent(1);
+    crate::support::wait_for("the fleet to run", || {
+        let mut ps = machine.shoal();
+        ps.args(["ps", "--format", "json"]);
+        let tick = run(ps).report["fleets"][0]["tick"].as_u64();
+        (tick.is_some_and(|tick| tick > 5)).then_some(())
+    });
+    let mut fill = Command::new("dd");
+    fill.args(["if=/dev/zero", "bs=1M", "count=100"]).arg(format!("of={}", machine.path().join("filler").display()));
+    run(fill).expect(1);
+    // The robots that are there have all the memory that they need. An operator needs some more.
+    let mut add = machine.shoal();
+    add.args(["add", "--fleet", &id, "--start", "0,-2", "--goal", "1,-2"]);
+    run(add).expect_failure(3, &["shared memory"]);
+    assert!(!fleet.has_ended());
+    signal(fleet.daemon(), Signal::INT);
+    let ended = fleet.wait();
+    // The operator's share is free again. If it is too small for the outcome of the run, that is what is said.
+    if ended.code != Some(130) {
+        ended.expect_failure(3, &["world-sim", "No space left"]);
+    }
+    assert_eq!(std::fs::read_dir(machine.path()).unwrap().count(), 1, "only the filler is left");
+}
+
+#[test]
+fn another_user_is_a_stranger() {
+    if !geteuid().is_root() {
+        return eprintln!("skipped: another user needs root");
+    }
+    // Somewhere the other user can execute it.
+    let dir = TempDir::new().unwrap();
+    std::fs::set_permissions(dir.path(), std::fs::Permissions::from_mode(0o755)).unwrap();
+    let copy = dir.path().join("shoal");
+    std::fs::copy(SHOAL, &copy).unwrap();
+    let stranger = |args: &[&str]| {
+        let mut command = Command::new("setpriv");
+        command.args(["--reuid=65534", "--regid=65534", "--clear-groups"]).arg(&copy).args(args).current_dir("/");
+        command
+    };
+    let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(2, 1.0));
+    let mut fleet = Run::scenario(&scenario).mode("realtime").start();
+    let (root, id) = (fleet.root(), fleet.id());
+    fleet.wait_tick(1);
+    for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        // iceoryx2 makes its counter of nodes for everybody; it holds nothing else.
+        if name.contains(&id) && !name.ends_with(".global_mgmt") {
+            let mode = entry.metadata().unwrap().mode();
+            assert_eq!(mode & 0o077, 0, "{:?} is open to others: {mode:o}", entry.path());
+        }
+    }
+    let path = root.to_str().unwrap();
+    for args in [
+        vec!["world", "--root", path, "--parent", "1"],
+        vec!["agent", "--root", path, "--slot", "0", "--incarnation", "0", "--parent", "1"],
+        vec!["add", "--fleet", &id, "--start", "0,0.9", "--goal", "1,0.9"],
+        vec!["task", "send", "a", "0,0", "--fleet", &id],
+        vec!["clean"],
+        vec!["guardian", "--root", path],
+    ] {
+        let ended = run(stranger(&args));
+        assert!(!ended.stdout.contains(&id), "{args:?}\n{ended}");
+    }
+    let cleaned = run(stranger(&["ps", "--format", "json"])).expect(0);
+    assert!(!cleaned.stdout.contains(&id), "{cleaned}");
+    // A fleet of its own is no different from anybody's.
+    run(stranger(&["run", "head-on", "--mode", "lockstep"])).expect(0);
+
+    assert_eq!(fleet.processes().len(), 4);
+    let tick = fleet.tick();
+    fleet.wait_tick(tick + 10);
+    shoal(&["task", "send", "a", "0,0", "--fleet", &id]).expect(0);
+    signal(fleet.daemon(), Signal::INT);
+    fleet.wait().expect(130);
+    assert_clean(&root);
+}

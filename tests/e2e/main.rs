@@ -1,0 +1,16 @@
+//! End to end: the executable as people run it, with real processes, real signals and real shared memory. Few tests,
+//! each of something that only processes can show.
+//!
+//! Every fleet has a root of its own, so tests run side by side; `support.rs` bounds how many fleets there are at once.
+//! Nothing here waits for a time: conditions are looked for until a deadline that no machine needs.
+#![expect(clippy::disallowed_methods, reason = "these tests start processes, wait for them and look at files")]
+#![expect(clippy::print_stderr, reason = "a failed test shows what the processes said")]
+
+mod environment;
+mod faults;
+mod hygiene;
+mod lies;
+mod operators;
+mod processes;
+mod support;
+mod timeline;

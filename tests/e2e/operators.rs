@@ -1,0 +1,103 @@
+//! A second terminal: `ps`, `add` and `task send` while the fleet runs.
+
+use crate::support::{PrivateShm, Run, assert_clean, lanes, run, shoal, signal, wait_for};
+use rustix::process::Signal;
+use serde_json::Value;
+
+#[test]
+fn operators_see_a_fleet_add_to_it_and_send_it_on() {
+    let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(2, 1.0));
+    let run = Run::scenario(&scenario).mode("realtime").set("world.y_m=[-4, 8]").set("fleet.max_robots=3");
+    let mut fleet = run.set("fleet.command_timeout_s=30").start();
+    let (root, id) = (fleet.root(), fleet.id());
+    fleet.wait_tick(1);
+    let ask = |args: &[&str]| shoal(&[args, &["--fleet", &id]].concat());
+    let json = |args: &[&str]| ask(&[args, &["--format", "json"]].concat()).expect(0).report;
+    let robots = || json(&["ps"])["fleets"][0]["robots"].as_array().unwrap().clone();
+    let robot = |id: &str| robots().into_iter().find(|robot| robot["id"] == id).unwrap_or(Value::Null);
+
+    // What runs.
+    let ps = json(&["ps"]);
+    assert_eq!((&ps["schema"], &ps["fleets"][0]["fleet"]), (&"shoal.ps/1".into(), &id.as_str().into()), "{ps:#}");
+    assert_eq!(ps["fleets"][0]["daemon_pid"], fleet.daemon(), "{ps:#}");
+    assert_eq!(ps["fleets"][0]["world_pid"], fleet.process("world"), "{ps:#}");
+    for slot in 0..2 {
+        assert_eq!(robots()[slot as usize]["pid"], fleet.agent(slot), "{ps:#}");
+    }
+    wait_for("a to arrive", || (robot("a")["arrived"] == true).then_some(()));
+    assert!(ask(&["ps"]).expect(0).stdout.contains("arrived"));
+
+    // What cannot be.
+    let add = |id: &str, start: &str, goal: &str| ask(&["add", "--id", id, "--start", start, "--goal", goal]);
+    add("a", "0,-2", "1,-2").expect_failure(2, &["the id `a` is taken"]);
+    add("c", "1,0", "1,-2").expect_failure(2, &["start: robot `a` is there", "choose another start"]);
+    add("c", "99,0", "1,-2").expect_failure(2, &["world"]);
+    ask(&["add", "--start", "0,-2", "--goal", "1,-2", "--planner", "strait"])
+        .expect_failure(2, &["strait", "straight"]);
+    ask(&["task", "send", "nobody", "0,0"]).expect_failure(2, &["there is no robot `nobody`", "a, b"]);
+    ask(&["task", "send", "a", "0,99"]).expect_failure(2, &["goal"]);
+    shoal(&["ps", "--fleet", "nowhere"]).expect_failure(2, &["`nowhere`", &id]);
+
+    // One more robot.
+    let added = json(&["add", "--id", "c", "--start", "0,-2", "--goal", "1,-2"]);
+    assert_eq!((&added["robot"], &added["slot"]), (&"c".into(), &2.into()), "{added:#}");
+    let pid = fleet.agent(2);
+    assert_eq!(robot("c")["pid"], pid);
+    wait_for("c to arrive", || (robot("c")["arrived"] == true).then_some(()));
+    add("d", "0,-3", "1,-3").expect_failure(2, &["the fleet is full: 3 robots", "fleet.max_robots"]);
+
+    // Something to do, for a robot of the scenario and for the new one.
+    json(&["task", "send", "a", "0,0"]);
+    let task = json(&["task", "send", "c", "0,-2", "--now"]);
+    assert_eq!((&task["robot"], &task["goal_m"]), (&"c".into(), &serde_json::json!([0.0, -2.0])), "{task:#}");
+    for id in ["a", "c"] {
+        wait_for("the task to be done", || (robot(id)["goals_done"] == 2).then_some(()));
+    }
+
+    signal(fleet.daemon(), Signal::INT);
+    let ended = fleet.wait().expect(130);
+    assert_eq!(ended.report["robots"], 3, "{ended}");
+    assert_eq!((ended.robot("a")["tasks_done"].as_u64(), ended.robot("c")["tasks_done"].as_u64()), (Some(1), Some(1)));
+    assert!(ended.arrived("c") && ended.robot("c")["pid"] == pid, "{ended}");
+    ended.event("joined", "c");
+    ended.event("task", "a");
+    assert_clean(&root);
+}
+
+#[test]
+fn a_robot_can_be_added_to_a_fleet_in_lockstep() {
+    let run = Run::scenario(&lanes(1, 10.0)).mode("lockstep").set("clock.tick_hz=1000").set("world.y_m=[-4, 4]");
+    let mut fleet = run.start();
+    let id = fleet.id();
+    fleet.wait_tick(20);
+    shoal(&["add", "--fleet", &id, "--id", "late", "--start", "0,-2", "--goal", "1,-2"]).expect(0);
+    let ended = fleet.wait().expect(0);
+    assert!(ended.arrived("a") && ended.arrived("late"), "{ended}");
+    assert!(ended.event("joined", "late")["tick"].as_u64().unwrap() > 20, "{ended}");
+}
+
+#[test]
+fn a_daemon_that_does_not_answer_is_named() {
+    let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(1, 1.0));
+    let mut fleet = Run::scenario(&scenario).mode("realtime").start();
+    let id = fleet.id();
+    fleet.wait_tick(1);
+    crate::support::stop(fleet.daemon());
+    shoal(&["task", "send", "a", "0,0", "--fleet", &id]).expect_failure(3, &["daemon", "stopped or killed"]);
+    signal(fleet.daemon(), Signal::CONT);
+    shoal(&["ps", "--fleet", &id]).expect(0);
+}
+
+#[test]
+fn with_no_fleet_running() {
+    let Some(machine) = PrivateShm::new("-t tmpfs tmpfs") else { return };
+    let ask = |args: &[&str]| {
+        let mut command = machine.shoal();
+        command.args(args);
+        run(command)
+    };
+    ask(&["ps"]).expect(0);
+    assert_eq!(ask(&["ps", "--format", "json"]).expect(0).report["fleets"], serde_json::json!([]));
+    ask(&["task", "send", "a", "0,0"]).expect_failure(3, &["no fleet is running", "shoal run"]);
+    ask(&["add", "--start", "0,0", "--goal", "1,1"]).expect_failure(3, &["no fleet is running"]);
+}

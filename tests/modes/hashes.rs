@@ -1,0 +1,124 @@
+//! Every scenario of the catalog, several seeds: the same trajectories, the same outcome, the same log.
+
+use crate::support::{deterministic, report};
+
+fn check(name: &str) {
+    for seed in 1..=3 {
+        let run = |mode| report(&format!("{name} --seed {seed} --mode {mode}"));
+        let (single, lockstep) = (run("single"), run("lockstep"));
+        let hash = single["trajectory_hash"].as_str().expect("a hash is a string");
+        assert_eq!(hash.len(), 16, "{hash}");
+        assert_eq!(single["trajectory_hash"], lockstep["trajectory_hash"], "{name}, seed {seed}");
+        assert_eq!(deterministic(&single), deterministic(&lockstep), "{name}, seed {seed}");
+        assert_eq!(lockstep["verdict"], "valid", "{name}, seed {seed}: {:#}", lockstep["starved_because"]);
+        assert_eq!(lockstep["exit_code"], 0, "{name}, seed {seed}: {:#}", lockstep["unmet"]);
+    }
+}
+
+macro_rules! each {
+    ($($test:ident: $name:literal),* $(,)?) => {
+        $(#[test] fn $test() { check($name); })*
+
+        #[test]
+        fn none_is_forgotten() {
+            assert_eq!(shoal_tests::catalog_names().collect::<Vec<_>>(), [$($name),*]);
+        }
+    };
+}
+
+each! {
+    demo_15: "demo-15",
+    ring_15: "ring-15",
+    head_on: "head-on",
+    corridor_swap: "corridor-swap",
+    late_join: "late-join",
+    tasks: "tasks",
+    moving_obstacles: "moving-obstacles",
+    unicycle_15: "unicycle-15",
+    scale_64: "scale-64",
+}
+
+/// Faults of processes and of the radio, from the timeline: `single` does in its thread what real processes suffer.
+#[test]
+fn with_everything_that_the_timeline_can_do() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let path = directory.path().join("timeline.toml");
+    #[expect(clippy::disallowed_methods, reason = "a scenario of its own")]
+    std::fs::write(&path, TIMELINE).expect("it can be written");
+    for seed in 1..=2 {
+        let run = |mode| report(&format!("{} --seed {seed} --mode {mode}", path.display()));
+        let (single, lockstep) = (run("single"), run("lockstep"));
+        assert_eq!(single["trajectory_hash"], lockstep["trajectory_hash"], "seed {seed}");
+        assert_eq!(deterministic(&single), deterministic(&lockstep), "seed {seed}");
+        let kinds: Vec<&str> =
+            single["events"].as_array().expect("a list").iter().filter_map(|event| event["kind"].as_str()).collect();
+        for kind in ["joined", "left", "killed", "restarted", "paused", "resumed", "radio", "task-done", "arrived"] {
+            assert!(kinds.contains(&kind), "{kind} is not in {kinds:?}");
+        }
+    }
+}
+
+const TIMELINE: &str = r#"
+    [clock]
+    duration_s = 40
+    [radio]
+    noise_m = 0.01
+    [defaults]
+    sensor_range_m = 3
+    radio_range_m = 5
+    [layout]
+    kind = "circle-swap"
+    robots = 7
+    radius_m = 6
+    jitter_m = 0.4
+    [[robot]]
+    id = "late"
+    start_m = [-8, 8]
+    goal_m = [8, -8]
+    kind = "unicycle"
+    restart = "on-failure"
+    restart_delay_s = 0.3
+    [[obstacle]]
+    shape = "capsule"
+    from_m = [3, 3]
+    to_m = [3.5, 3]
+    radius_m = 0.2
+    motion = { kind = "random-walk", speed_mps = 0.3 }
+    [[event]]
+    at_s = 2
+    kind = "join"
+    robot = "late"
+    [[event]]
+    at_s = 4
+    kind = "kill"
+    robot = "late"
+    [[event]]
+    at_s = 3
+    kind = "kill"
+    robot = "r00"
+    [[event]]
+    at_s = 3.5
+    kind = "leave"
+    robot = "r01"
+    [[event]]
+    at_s = 4
+    kind = "pause"
+    robot = "r02"
+    for_s = 1.5
+    [[event]]
+    at_s = 5
+    kind = "task"
+    robot = "r03"
+    goal_m = [0, 8]
+    [[event]]
+    at_s = 2.5
+    kind = "radio"
+    delay_ticks = 3
+    drop = 0.2
+    [[event]]
+    at_s = 6
+    kind = "radio"
+    [expect]
+    arrived = 6
+    contacts_max = 100
+"#;

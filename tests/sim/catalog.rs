@@ -1,0 +1,35 @@
+//! Every scenario of the catalog does what it says, not for one lucky seed only.
+
+use shoal_tests::{Recording, build, catalog, seeds};
+
+fn check(name: &str) {
+    let own = catalog(name, &Default::default()).clock.seed;
+    seeds(std::iter::once(own).chain(101..=109), |seed| {
+        let report = Recording::of(&catalog(name, &build::seed(seed))).report();
+        assert_eq!(report.exit_code, 0, "{name}, seed {seed}: {:#?}\n{:#?}", report.unmet, report.outcome);
+        assert!(report.unmet.is_empty());
+    });
+}
+
+macro_rules! each {
+    ($($test:ident: $name:literal),* $(,)?) => {
+        $(#[test] fn $test() { check($name); })*
+
+        #[test]
+        fn none_is_forgotten() {
+            assert_eq!(shoal_tests::catalog_names().collect::<Vec<_>>(), [$($name),*]);
+        }
+    };
+}
+
+each! {
+    demo_15: "demo-15",
+    ring_15: "ring-15",
+    head_on: "head-on",
+    corridor_swap: "corridor-swap",
+    late_join: "late-join",
+    tasks: "tasks",
+    moving_obstacles: "moving-obstacles",
+    unicycle_15: "unicycle-15",
+    scale_64: "scale-64",
+}

@@ -1,0 +1,10 @@
+//! Whole fleets in one thread: the cores, and nothing but the cores.
+
+mod catalog;
+mod determinism;
+mod invariants;
+mod radio;
+mod random;
+mod table;
+mod timeline;
+mod truth;
