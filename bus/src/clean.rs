@@ -122,6 +122,13 @@ pub fn clean_abandoned() -> Result<Vec<(Address, SweepReport)>> {
             cleaned.push((fleet.address, report));
         }
     }
+    // The root is made first and goes last: objects without one are what somebody made who came too late.
+    for (name, _) in listed(Path::new(SHM))? {
+        let root = name.split_once('.').map(|(root, _)| Path::new(SHM).join(root));
+        if let Some(address) = root.and_then(|root| Address::parse(&root)).filter(|address| !address.root().exists()) {
+            cleaned.push((address.clone(), sweep(&address)));
+        }
+    }
     Ok(cleaned)
 }
 

@@ -69,6 +69,11 @@ impl BusError {
         BusError { object: object.into(), action, cause, hint: hint.into(), missing }
     }
 
+    /// The fleet has ended.
+    pub(crate) fn gone(address: &crate::Address) -> BusError {
+        BusError::io(address.root(), "join the fleet", rustix::io::Errno::NOENT)
+    }
+
     /// The way out.
     pub fn hint(&self) -> Option<&str> {
         (!self.hint.is_empty()).then_some(self.hint.as_str())

@@ -4,6 +4,7 @@ use crate::{Address, BusError, Result};
 use rustix::fs::{CWD, FlockOperation, Mode, OFlags, RenameFlags, flock, open, renameat_with};
 use rustix::io::Errno;
 use std::os::fd::OwnedFd;
+use std::os::unix::fs::MetadataExt;
 use std::time::Duration;
 
 /// A root without a lease is one that is just being made, up to this age.
@@ -63,9 +64,11 @@ impl Lease {
         let file = match open(&path, OFlags::RDWR | OFlags::CLOEXEC | OFlags::NOFOLLOW, Mode::empty()) {
             Ok(file) => file,
             Err(Errno::NOENT) => {
-                let age =
-                    std::fs::symlink_metadata(address.root()).and_then(|meta| meta.modified()).map(|at| at.elapsed());
-                return Ok(matches!(age, Ok(Ok(age)) if age > NEWBORN).then_some(None));
+                let Ok(meta) = std::fs::symlink_metadata(address.root()) else { return Ok(None) };
+                // A root that others may look into is none of ours: iceoryx2 made it anew for a process that came late.
+                let ghost = meta.mode() & 0o077 != 0;
+                let old = meta.modified().is_ok_and(|at| at.elapsed().is_ok_and(|age| age > NEWBORN));
+                return Ok((ghost || old).then_some(None));
             }
             Err(e) => return Err(BusError::io(&path, "test the lease", e)),
         };

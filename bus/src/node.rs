@@ -3,6 +3,7 @@
 
 use crate::{Address, BusError, Result};
 use iceoryx2::prelude::*;
+use std::os::unix::fs::MetadataExt;
 use std::sync::Once;
 use std::time::Duration;
 
@@ -34,6 +35,7 @@ impl Node {
         let failed = |cause: &dyn std::fmt::Debug| BusError::port(&object, "join the fleet", cause);
         // iceoryx2 would make a missing root again, for every user to look into.
         Address::at(address.root())?;
+        let before = identity(address);
         let mut config = Config::default();
         config.global.prefix = FileName::new(address.prefix().as_bytes()).map_err(|e| failed(&e))?;
         let root = address.root().as_os_str().as_encoded_bytes();
@@ -47,7 +49,14 @@ impl Node {
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Ipc>()
-            .map_err(|e| failed(&e))?;
+            .map_err(|e| failed(&e));
+        if identity(address) != before {
+            // The fleet ended meanwhile, and this made its root anew: nobody else would remove it.
+            drop(inner);
+            crate::clean::sweep(address);
+            return Err(BusError::gone(address));
+        }
+        let inner = inner?;
         Ok(Node { inner, address: address.clone() })
     }
 
@@ -64,6 +73,11 @@ impl Node {
         let name = ServiceName::new(name).expect("our service names are short and plain");
         self.inner.service_builder(&name)
     }
+}
+
+/// Tells a root from one of the same name that was made later; `None` if there is none.
+fn identity(address: &Address) -> Option<(u64, u64)> {
+    std::fs::symlink_metadata(address.root()).ok().map(|meta| (meta.dev(), meta.ino()))
 }
 
 /// Keeps iceoryx2 silent, or as loud as `SHOAL_LOG` says. It writes to stderr only.

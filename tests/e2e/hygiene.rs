@@ -269,7 +269,6 @@ fn fleets_that_start_are_left_alone() {
 }
 
 #[test]
-#[ignore = "bus: a node that is made while its fleet ends makes the root and the counter of nodes anew"]
 fn observers_that_come_too_late_leave_nothing() {
     let Some(machine) = PrivateShm::new("-t tmpfs -o size=256m tmpfs") else { return };
     std::thread::scope(|scope| {

@@ -14,6 +14,8 @@ use protocol::robot_to_world::Command;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::Odometry;
 use scenarios::{Mode, Scenario};
+use std::fs::OpenOptions;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -26,6 +28,12 @@ const RUN_UP_NS: u64 = 5_000_000;
 pub const SCENARIO_FILE: &str = "scenario";
 /// Name of the file in the run's root that the world leaves when it ends.
 pub const OUTCOME_FILE: &str = "outcome";
+/// The same while it is being written. It is made at the start, with room for a usual outcome: a tmpfs that others fill
+/// up meanwhile does not cost the result.
+const OUTCOME_HALF: &str = "outcome.half";
+/// That room, bytes.
+const OUTCOME_ROOM: u64 = 256 * 1024;
+
 /// Name of the world's statistics.
 pub const STATS_NAME: &str = "world";
 
@@ -57,12 +65,19 @@ pub fn main(root: &Path, parent: u32) -> Result<(), ShellError> {
     let bytes = std::fs::read(&path).map_err(|error| ShellError::File(path, error))?;
     let scenario: Scenario = codec::decode(&bytes)?;
 
+    let half = address.file(OUTCOME_HALF);
+    reserve(&half).map_err(|error| ShellError::File(half, error))?;
     let mut shell = Shell::open(&address, &scenario)?;
     match scenario.clock.mode {
         Mode::Realtime => shell.realtime(),
         Mode::Lockstep | Mode::Single => shell.lockstep(),
     }
     shell.leave(&address)
+}
+
+fn reserve(path: &Path) -> std::io::Result<()> {
+    let file = OpenOptions::new().write(true).create(true).truncate(true).open(path)?;
+    Ok(rustix::fs::fallocate(&file, rustix::fs::FallocateFlags::empty(), 0, OUTCOME_ROOM)?)
 }
 
 struct Shell {
@@ -344,9 +359,10 @@ impl Shell {
         self.show(clock::now_ns());
         self.send_notices();
         let bytes = codec::encode(&self.world.outcome())?;
-        let (path, half) = (address.file(OUTCOME_FILE), address.file("outcome.half"));
-        #[expect(clippy::disallowed_methods, reason = "the shell leaves the outcome once, after the loop")]
-        let written = std::fs::write(&half, bytes).and_then(|()| std::fs::rename(&half, &path));
+        let (path, half) = (address.file(OUTCOME_FILE), address.file(OUTCOME_HALF));
+        let written = (OpenOptions::new().write(true).open(&half))
+            .and_then(|mut file| file.write_all(&bytes).and_then(|()| file.set_len(bytes.len() as u64)))
+            .and_then(|()| std::fs::rename(&half, &path));
         written.map_err(|error| ShellError::File(path, error))
     }
 }
