@@ -216,11 +216,13 @@ fn an_abandoned_fleet_is_found_ended_and_removed() {
     // As after a SIGKILL: the lease goes, what iceoryx2 made stays.
     std::mem::forget((services, daemon));
     drop(lease);
-    assert!(entry().unwrap().abandoned);
+    // Whoever looks at a lease holds it for a moment, and any shoal command on this machine may look, or clean, first.
+    wait_until("it is abandoned, or gone", || entry().is_none_or(|entry| entry.abandoned));
     let reaper = std::thread::spawn(move || orphan.0.wait().map(|status| (status.success(), orphan)));
-    let report = clean::clean_if_abandoned(&home.0).unwrap().unwrap();
-    assert!(report.root && report.objects > 0 && report.bytes > 0 && report.left.is_empty(), "{report:?}");
-    assert_eq!(report.killed, 1);
+    if let Some(report) = clean::clean_if_abandoned(&home.0).unwrap() {
+        assert!(report.root && report.objects > 0 && report.bytes > 0 && report.left.is_empty(), "{report:?}");
+        assert_eq!(report.killed, 1);
+    }
     assert!(!reaper.join().unwrap().unwrap().0);
     wait_until("nothing is left", || left_of(&home).is_empty());
     assert_eq!(entry(), None);
