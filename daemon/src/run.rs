@@ -6,11 +6,10 @@ use crate::progress::{Progress, ProgressState};
 use crate::report::{self, LatencyFacts, ProcessFacts, RobotFacts, RunFacts, sink};
 use crate::source;
 use crate::supervisor::{self, Finished, Watch};
-use crate::{coordinator, single};
+use crate::{coordinator, signals, single};
 use bus::{Counter, Metric, StatsSnapshot, clock};
 use protocol::world_to_daemon::{Notice, Outcome};
 use scenarios::{Mode, Overrides, Scenario};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
@@ -57,12 +56,16 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
 /// `single`: no process, no shared memory.
 fn in_one_thread(scenario: Scenario) -> Result<RunFacts, Failure> {
     let interrupted = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        // The order matters: the second signal finds the flag set by the first, and ends the process.
-        signal_hook::flag::register_conditional_shutdown(signal, crate::exit::INTERRUPTED, Arc::clone(&interrupted))
-            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&interrupted)))
-            .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
-    }
+    signals::held_back(|| {
+        signals::ENDINGS.into_iter().try_for_each(|signal| {
+            // The order matters: the second signal finds the flag set by the first, and ends the process.
+            let flag = || Arc::clone(&interrupted);
+            signal_hook::flag::register_conditional_shutdown(signal, crate::exit::INTERRUPTED, flag())
+                .and_then(|_| signal_hook::flag::register(signal, flag()))
+                .map(drop)
+        })
+    })
+    .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
     let mut progress = Progress::new(scenario.robots.len(), scenario.clock.ticks_max, scenario.clock.tick_hz);
     let started_ns = clock::now_ns();
     let wall_s = move || clock::now_ns().saturating_sub(started_ns) as f64 * 1e-9;

@@ -2,10 +2,33 @@
 
 use signal_hook::consts::{SIGCHLD, SIGHUP, SIGINT, SIGTERM};
 use std::io::{self, Read};
+use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+
+/// The signals that ask for the end.
+pub const ENDINGS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
+
+/// Installs handlers for [`ENDINGS`] while these signals wait. Between the kernel's learning of a new handler and the
+/// handler's learning what to do, a signal would be swallowed.
+pub fn held_back<T>(install: impl FnOnce() -> T) -> T {
+    let mut set = MaybeUninit::<libc::sigset_t>::uninit();
+    let mut before = MaybeUninit::<libc::sigset_t>::uninit();
+    // SAFETY: sigemptyset initialises the set, the rest reads it; the numbers are those of real signals.
+    unsafe {
+        libc::sigemptyset(set.as_mut_ptr());
+        for signal in ENDINGS {
+            libc::sigaddset(set.as_mut_ptr(), signal);
+        }
+        libc::pthread_sigmask(libc::SIG_BLOCK, set.as_ptr(), before.as_mut_ptr());
+    }
+    let result = install();
+    // SAFETY: the call above has filled `before` in.
+    unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, before.as_ptr(), std::ptr::null_mut()) };
+    result
+}
 
 /// The signals that the daemon minds.
 pub struct Signals {
@@ -24,14 +47,16 @@ impl Signals {
         bell.set_nonblocking(true)?;
         ringer.set_nonblocking(true)?;
         let interrupts = Arc::new(AtomicUsize::new(0));
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
-            // The count comes first: whoever is woken by the bell finds it.
-            let count = Arc::clone(&interrupts);
-            // SAFETY: the handler only increments an atomic, which is async-signal-safe.
-            unsafe { signal_hook::low_level::register(signal, move || _ = count.fetch_add(1, SeqCst)) }?;
-            signal_hook::low_level::pipe::register(signal, ringer.try_clone()?)?;
-        }
-        signal_hook::low_level::pipe::register(SIGCHLD, ringer)?;
+        held_back(|| {
+            for signal in ENDINGS {
+                // The count comes first: whoever is woken by the bell finds it.
+                let count = Arc::clone(&interrupts);
+                // SAFETY: the handler only increments an atomic, which is async-signal-safe.
+                unsafe { signal_hook::low_level::register(signal, move || _ = count.fetch_add(1, SeqCst)) }?;
+                signal_hook::low_level::pipe::register(signal, ringer.try_clone()?)?;
+            }
+            signal_hook::low_level::pipe::register(SIGCHLD, ringer)
+        })?;
         Ok(Signals { bell, interrupts, seen: 0 })
     }
 
