@@ -6,7 +6,7 @@ use crate::support::{
 };
 use rustix::process::Signal;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A run that does not end by itself, after its first ticks.
@@ -215,9 +215,20 @@ fn after_a_signal_at_any_moment() {
     let left = || std::fs::read_dir(machine.path()).unwrap().count();
     for with in [Signal::KILL, Signal::INT, Signal::TERM] {
         for delay_ms in [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64] {
-            let fleet = Run::scenario_by(machine.shoal(), &endless_scenario()).mode("lockstep").start();
+            let mut fleet = Run::scenario_by(machine.shoal(), &endless_scenario()).mode("lockstep").start();
             std::thread::sleep(Duration::from_millis(delay_ms));
             signal(fleet.daemon(), with);
+            // A shell that has these tests in the background has them ignore SIGINT, and so does shoal until it has a
+            // handler: such a signal is nobody's, and is sent again.
+            let sent = Instant::now();
+            let mut again = false;
+            wait_for("the end of the run", || {
+                if !again && sent.elapsed() > Duration::from_secs(3) {
+                    again = true;
+                    signal(fleet.daemon(), with);
+                }
+                fleet.has_ended().then_some(())
+            });
             let ended = fleet.wait();
             // The handler may not be there yet.
             let asked = with != Signal::KILL && (ended.code, ended.signal) == (Some(130), None);
