@@ -9,6 +9,8 @@
 //! |       | `attract_cap_m`| m    | 2.0     | pulls harder from afar; 0 is no limit |
 //! | η     | `k_rep`        | m⁴/s | 0.2     | wider around everything               |
 //! | ρ₀    | `influence_m`  | m    | 1.0     | feels things sooner                   |
+//! | k_v   | `damping`      | 1/s  | 1.0     | (second order) calmer, slower         |
+//! |       | `order`        |      | first   |                                       |
 //! |       | `heading_gain` | 1/s  | 3.0     | a unicycle turns sharper              |
 //!
 //! The paper leaves η and ρ₀ to the reader. The values here are ours: among those tried in the environments of
@@ -16,7 +18,9 @@
 //! above 0.25 m.
 //!
 //! Differs from the paper:
-//! - The field commands a velocity, not a force on a damped mass, and is capped at the speed limit.
+//! - By default the field commands a velocity, capped at the speed limit. With `order = "second"` it is the force on a
+//!   damped unit mass, as in the paper: v += (pull + push − k_v v) dt, also capped. A point is that mass itself; a
+//!   unicycle follows one that it imagines, because its own velocity cannot go sideways.
 //! - The paper limits the speed of the free approach; here the pull itself has a limit, which comes to the same far
 //!   from everything and keeps the pull from overpowering the push near things.
 //! - Other robots push like obstacles, from where they were last heard.
@@ -40,9 +44,20 @@ pub static METHOD: Method = Method {
     summary: "artificial potential field: the goal pulls, obstacles and robots push",
     source: "Khatib 1986, Int. J. Robotics Research 5(1)",
     symmetry: Symmetry::FULL,
+    kinds: Kind::MOBILE,
     params: Params::specs,
     build,
 };
+
+crate::choice! {
+    /// What the field commands.
+    pub enum Order {
+        /// A velocity.
+        First = "first",
+        /// A force on a damped unit mass.
+        Second = "second",
+    }
+}
 
 crate::params! {
     /// What a scenario can change.
@@ -55,15 +70,21 @@ crate::params! {
         k_rep: f64 = 0.2, "m⁴/s", 0.0..=100.0;
         /// Influence distance ρ₀, from surface to surface. Larger: feels things sooner.
         influence_m: f64 = 1.0, "m", 0.01..=100.0;
+        /// What the field commands: a velocity, or a force on a damped unit mass.
+        order: Order = Order::First, "";
+        /// Damping k_v of that mass. Larger: calmer, slower.
+        damping: f64 = 1.0, "1/s", 0.0..=100.0;
         /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
         heading_gain: f64 = 3.0, "1/s", 0.0..=100.0;
     }
 }
 
-/// The method at work for one robot; it remembers nothing.
+/// The method at work for one robot; a unicycle of second order remembers a velocity, others nothing.
 #[derive(Clone, Debug)]
 pub struct Khatib {
     params: Params,
+    /// The velocity of the mass that a unicycle imagines, m/s.
+    imagined: Option<Vector2<f64>>,
     /// Own slot: settles who goes where when centres coincide.
     robot: u32,
 }
@@ -84,19 +105,36 @@ impl Planner for Khatib {
             self.firas(&Capsule::disc(neighbor.position, neighbor.radius_m), x, input.radius_m, apart)
         });
         let repulsive: Vector2<f64> = obstacles.chain(robots).sum();
-        let velocity = (attractive + repulsive).cap_magnitude(input.limits.speed_mps_max);
+        let velocity = self.commanded(attractive + repulsive, input).cap_magnitude(input.limits.speed_mps_max);
+        self.imagined = Some(velocity);
         let drive = match input.kind {
             Kind::Point => Drive::Velocity(velocity),
             Kind::Unicycle => steer(velocity, input.yaw_rad, self.params.heading_gain, &input.limits),
+            Kind::TwoLinkArm => Drive::stop(input.kind),
         };
-        Plan { drive, attractive, repulsive }
+        // The field keeps holding the robot after it arrived, and lets it be pushed away: it does not stand still.
+        Plan { attractive, repulsive, ..Plan::only(drive) }
     }
 }
 
 impl Khatib {
     /// The method with these parameters, for this robot.
     pub fn new(params: Params, identity: Identity) -> Khatib {
-        Khatib { params, robot: identity.robot }
+        Khatib { params, imagined: None, robot: identity.robot }
+    }
+
+    /// What the resultant of pull and push makes of the velocity.
+    fn commanded(&self, resultant: Vector2<f64>, input: &PlanInput<'_>) -> Vector2<f64> {
+        match self.params.order {
+            Order::First => resultant,
+            Order::Second => {
+                let v = match input.kind {
+                    Kind::Point | Kind::TwoLinkArm => input.velocity,
+                    Kind::Unicycle => self.imagined.unwrap_or(input.velocity),
+                };
+                v + (resultant - self.params.damping * v) * input.dt_s
+            }
+        }
     }
 
     /// The negative gradient of the attractive potential, k_p/2 |x − x_d|², with its limit.

@@ -57,6 +57,7 @@ pub static METHOD: Method = Method {
     summary: "potential field over goal, obstacles and the other robots' exchanged positions",
     source: "Matoui et al. 2017, doi 10.1016/j.ifacol.2017.08.1822",
     symmetry: Symmetry::FULL,
+    kinds: Kind::MOBILE,
     params: Params::specs,
     build,
 };
@@ -146,8 +147,10 @@ impl Planner for DecentralizedApf {
                 let limits = Limits { turn_radps_max, ..input.limits };
                 steer(velocity, input.yaw_rad, self.params.heading_gain, &limits)
             }
+            Kind::TwoLinkArm => Drive::stop(input.kind),
         };
-        Plan { drive, attractive, repulsive }
+        // Also after arrival the field may move the robot: it does not stand still on purpose.
+        Plan { attractive, repulsive, ..Plan::only(drive) }
     }
 }
 
@@ -172,7 +175,7 @@ impl DecentralizedApf {
     }
 
     /// (6), with what the age of the message makes of the other robot.
-    fn neighbor_push(&self, neighbor: &Neighbor, input: &PlanInput<'_>) -> Vector2<f64> {
+    pub(crate) fn neighbor_push(&self, neighbor: &Neighbor, input: &PlanInput<'_>) -> Vector2<f64> {
         let Params { p_o, p_r, stale_s, drop_s, .. } = self.params;
         let age_s = neighbor.age_s.max(0.0);
         let radii = self.counted(neighbor.radius_m + input.radius_m);

@@ -11,16 +11,34 @@ pub enum Kind {
     Point,
     /// A unicycle: forward speed and turn rate.
     Unicycle,
+    /// A planar arm of two links that stands where it stands: joint rates. Its position is that of its tip.
+    TwoLinkArm,
+}
+
+impl Kind {
+    /// Every kind.
+    pub const ALL: &[Kind] = &[Kind::Point, Kind::Unicycle, Kind::TwoLinkArm];
+    /// The kinds that drive about.
+    pub const MOBILE: &[Kind] = &[Kind::Point, Kind::Unicycle];
+
+    /// Its word in scenarios and messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Kind::Point => "point",
+            Kind::Unicycle => "unicycle",
+            Kind::TwoLinkArm => "two-link-arm",
+        }
+    }
 }
 
 /// What a body can do. An infinite acceleration means that the body follows at once.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
-    /// Greatest speed, m/s.
+    /// Greatest speed, m/s; of an arm, that of its tip.
     pub speed_mps_max: f64,
     /// Greatest reverse speed of a unicycle, m/s, not negative; zero means that it cannot drive backwards.
     pub reverse_mps_max: f64,
-    /// Greatest turn rate of a unicycle, rad/s.
+    /// Greatest turn rate of a unicycle, and of each joint of an arm, rad/s.
     pub turn_radps_max: f64,
     /// Greatest change of speed (unicycle) or of velocity (point), m/s².
     pub accel_mps2_max: f64,
@@ -40,6 +58,11 @@ pub enum Drive {
         /// Turn rate, rad/s, counter-clockwise.
         turn_radps: f64,
     },
+    /// Rates of the joints, the one at the base first, rad/s, counter-clockwise (two-link arm).
+    Joints {
+        /// The rates, rad/s.
+        rate_radps: [f64; 2],
+    },
 }
 
 impl Drive {
@@ -48,6 +71,7 @@ impl Drive {
         match kind {
             Kind::Point => Drive::Velocity(Vector2::zeros()),
             Kind::Unicycle => Drive::Twist { speed_mps: 0.0, turn_radps: 0.0 },
+            Kind::TwoLinkArm => Drive::Joints { rate_radps: [0.0; 2] },
         }
     }
 
@@ -56,10 +80,13 @@ impl Drive {
         match *self {
             Drive::Velocity(v) => v.x.is_finite() && v.y.is_finite(),
             Drive::Twist { speed_mps, turn_radps } => speed_mps.is_finite() && turn_radps.is_finite(),
+            Drive::Joints { rate_radps } => rate_radps.iter().all(|rate| rate.is_finite()),
         }
     }
 
-    /// The same request within the limits: a velocity keeps its direction, a twist is cut part by part.
+    /// The same request within the limits: a velocity keeps its direction, a twist is cut part by part, and
+    /// joint rates shrink together, so that the tip keeps its course. The speed of a tip depends on the pose of its
+    /// arm, which is not known here: [`ArmState::within`](crate::arm::ArmState::within) limits it too.
     pub fn within(&self, limits: &Limits) -> Drive {
         match *self {
             Drive::Velocity(v) => Drive::Velocity(v.cap_magnitude(limits.speed_mps_max)),
@@ -67,6 +94,11 @@ impl Drive {
                 speed_mps: speed_mps.clamp(-limits.reverse_mps_max, limits.speed_mps_max),
                 turn_radps: turn_radps.clamp(-limits.turn_radps_max, limits.turn_radps_max),
             },
+            Drive::Joints { rate_radps: [first, second] } => {
+                let fastest = first.abs().max(second.abs());
+                let scale = if fastest > limits.turn_radps_max { limits.turn_radps_max / fastest } else { 1.0 };
+                Drive::Joints { rate_radps: [first * scale, second * scale] }
+            }
         }
     }
 }

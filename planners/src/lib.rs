@@ -6,15 +6,21 @@
 //! Units are SI; angles are radians, counter-clockwise from +x; x is forward and y is left in a body frame.
 
 pub mod apf;
+pub mod arm;
 pub mod decentralized_apf;
 pub mod drive;
 pub mod geometry;
+pub mod liquid;
 pub mod params;
 pub mod planner;
+pub mod pso_via_points;
 pub mod random;
 pub mod registry;
+pub mod rpoa;
+pub mod spline;
 pub mod straight;
 
+pub use arm::{ArmGeometry, ArmState, Elbow};
 pub use drive::{Drive, Kind, Limits};
 pub use geometry::Capsule;
 pub use params::{ParamError, ParamField, ParamKind, ParamSpec, ParamValue, ParamValues};

@@ -238,8 +238,8 @@ impl ParamField for bool {
 /// Declares the parameters of a method: one line each, `name: type = default, "unit", bounds;`. The doc comment is
 /// the help, so it should say what larger means. Bounds are optional and mean nothing for switches and choices.
 ///
-/// The struct gets `Default`, `specs() -> Vec<ParamSpec>` and
-/// `from_values(&ParamValues) -> Result<Self, ParamError>`.
+/// The struct gets `Default`, `specs() -> Vec<ParamSpec>`, `from_values(&ParamValues) -> Result<Self, ParamError>`, and
+/// `with(self, &ParamValues) -> Self` for methods whose parameters start from presets.
 #[macro_export]
 macro_rules! params {
     (
@@ -280,13 +280,18 @@ macro_rules! params {
                 if let Some(problem) = $crate::params::check(&Self::specs(), values).into_iter().next() {
                     return Err(problem);
                 }
-                let mut params = Self::default();
+                Ok(Self::default().with(values))
+            }
+
+            /// These parameters with some of them replaced; what does not fit its field is passed over.
+            pub fn with(self, values: &$crate::params::ParamValues) -> Self {
+                let mut params = self;
                 $( if let Some(value) =
                     values.get(stringify!($field)).and_then($crate::params::ParamField::from_value)
                 {
                     params.$field = value;
                 } )*
-                Ok(params)
+                params
             }
         }
     };

@@ -1,5 +1,6 @@
 //! What a method is given and what it answers.
 
+use crate::arm::ArmState;
 use crate::drive::{Drive, Kind, Limits};
 use crate::geometry::Capsule;
 use nalgebra::{Point2, Vector2};
@@ -11,7 +12,7 @@ pub struct PlanInput<'a> {
     pub tick: u64,
     /// Length of a tick, s.
     pub dt_s: f64,
-    /// Own position, m.
+    /// Own position, m; of an arm, that of its tip.
     pub position: Point2<f64>,
     /// Own heading, rad. A point robot keeps the heading it started with.
     pub yaw_rad: f64,
@@ -36,6 +37,8 @@ pub struct PlanInput<'a> {
     pub neighbors: &'a [Neighbor],
     /// The fixed obstacles of the whole world, for methods that plan on a map. Sorted like `obstacles`.
     pub map: &'a [Obstacle],
+    /// Own joints and build, if the body is an arm (`Kind::TwoLinkArm`).
+    pub arm: Option<ArmState>,
 }
 
 /// A piece of an obstacle: a disc, a wall, or an edge of a polygon.
@@ -92,12 +95,14 @@ pub struct Plan {
     pub attractive: Vector2<f64>,
     /// The part that pushes away from things, in the method's own unit.
     pub repulsive: Vector2<f64>,
+    /// The robot stands still on purpose: told to the others, see [`Neighbor::stopped`].
+    pub stopped: bool,
 }
 
 impl Plan {
-    /// A plan without field terms.
+    /// A plan without field terms, of a robot on its way.
     pub fn only(drive: Drive) -> Plan {
-        Plan { drive, attractive: Vector2::zeros(), repulsive: Vector2::zeros() }
+        Plan { drive, attractive: Vector2::zeros(), repulsive: Vector2::zeros(), stopped: false }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The methods that exist. A new one costs its file, its `pub mod` and one line here.
 
+use crate::drive::Kind;
 use crate::params::{self, ParamError, ParamSpec, ParamValues};
 use crate::planner::Planner;
 
@@ -16,6 +17,8 @@ pub struct Method {
     pub source: &'static str,
     /// What leaves its plans unchanged; the property tests hold it to that.
     pub symmetry: Symmetry,
+    /// The kinds of bodies that it can drive; a scenario that gives it another is refused.
+    pub kinds: &'static [Kind],
     /// Its parameters.
     pub params: fn() -> Vec<ParamSpec>,
     /// Builds it for one robot.
@@ -61,7 +64,15 @@ pub struct Identity {
 }
 
 /// Every method, in the order in which help lists them.
-pub static METHODS: &[&Method] = &[&crate::straight::METHOD, &crate::apf::METHOD, &crate::decentralized_apf::METHOD];
+pub static METHODS: &[&Method] = &[
+    &crate::straight::METHOD,
+    &crate::apf::METHOD,
+    &crate::decentralized_apf::METHOD,
+    &crate::rpoa::METHOD,
+    &crate::liquid::offline::METHOD,
+    &crate::liquid::online::METHOD,
+    &crate::pso_via_points::METHOD,
+];
 
 /// The method of that name.
 pub fn find(name: &str) -> Option<&'static Method> {

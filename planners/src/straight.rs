@@ -15,6 +15,7 @@ pub static METHOD: Method = Method {
     summary: "straight to the goal at full speed, blind to everything else",
     source: "",
     symmetry: Symmetry::FULL,
+    kinds: Kind::MOBILE,
     params: Params::specs,
     build,
 };
@@ -43,7 +44,7 @@ impl Planner for Straight {
         let to_goal = input.goal - input.position;
         let distance = to_goal.norm();
         if input.arrived || distance <= input.goal_tolerance_m {
-            return Plan::only(Drive::stop(input.kind));
+            return Plan { stopped: true, ..Plan::only(Drive::stop(input.kind)) };
         }
         // The last tick ends on the goal, not beyond it.
         let speed = input.limits.speed_mps_max.min(distance / input.dt_s);
@@ -51,6 +52,7 @@ impl Planner for Straight {
         let drive = match input.kind {
             Kind::Point => Drive::Velocity(velocity),
             Kind::Unicycle => steer(velocity, input.yaw_rad, self.params.heading_gain, &input.limits),
+            Kind::TwoLinkArm => Drive::stop(input.kind),
         };
         Plan { attractive: velocity, ..Plan::only(drive) }
     }

@@ -1,15 +1,12 @@
-//! Worked examples of the decentralised potential field, to the digits printed in its specification, and what the
-//! specification says about the law in words.
+//! What the specification of the decentralised potential field says about the law in words. Its numbers are rows of
+//! `reproduce`.
 
-use crate::acceptance::environment;
 use crate::inputs::{NOBODY, Scene, build, disc, robot};
-use crate::sim::Variant;
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
 use shoal_planners::{Capsule, Drive, Identity, Kind, Neighbor, Obstacle, Plan};
 
 const LITERAL: &str = "eta = 1.0\nbracket_power = 2\ndistance = \"centre\"\nattract_cap = 0.0\n";
-const LITERAL_POWER_1: &str = "eta = 1.0\nbracket_power = 1\ndistance = \"centre\"\nattract_cap = 0.0\n";
 
 fn plan(params: &str, scene: &Scene) -> Plan {
     build("decentralized-apf", params, NOBODY).plan(&scene.input(0, 0.05))
@@ -18,7 +15,7 @@ fn plan(params: &str, scene: &Scene) -> Plan {
 fn velocity(plan: &Plan) -> Vector2<f64> {
     match plan.drive {
         Drive::Velocity(velocity) => velocity,
-        Drive::Twist { .. } => panic!("a point robot is asked for a velocity"),
+        Drive::Twist { .. } | Drive::Joints { .. } => panic!("a point robot is asked for a velocity"),
     }
 }
 
@@ -26,80 +23,6 @@ fn velocity(plan: &Plan) -> Vector2<f64> {
 fn assert_printed(found: Vector2<f64>, printed: [f64; 2]) {
     let error = (found - Vector2::from(printed)).amax();
     assert!(error <= 0.5e-6 + 1e-12, "{found:?} is not {printed:?}");
-}
-
-#[test]
-fn example_1_attraction() {
-    let scene = Scene::new([0.0, 0.0], [3.0, 4.0]);
-    assert_printed(plan("attract_cap = 0.0", &scene).attractive, [3.0, 4.0]);
-    assert_printed(plan("", &scene).attractive, [0.6, 0.8]);
-}
-
-#[test]
-fn example_2_size_of_the_repulsion() {
-    for (eta, power, p, size) in [
-        (1.0, 1, 0.5, 4.0),
-        (1.0, 2, 0.5, 4.0),
-        (0.1, 1, 0.5, 0.4),
-        (1.0, 1, 0.4, 9.375),
-        (1.0, 2, 0.4, 14.0625),
-        (1.0, 1, 1.0, 0.0),
-        (1.0, 2, 1.0, 0.0),
-    ] {
-        let mut scene = Scene::new([0.0, 0.0], [9.0, 0.0]);
-        scene.obstacles = vec![disc(0, [0.0, -p], 0.3)];
-        let params = format!("eta = {eta:?}\nbracket_power = {power}\ndistance = \"centre\"");
-        assert_printed(plan(&params, &scene).repulsive, [0.0, size]);
-    }
-}
-
-#[test]
-fn examples_3_and_4_the_paper_s_own_law() {
-    let mut with_disc = Scene::new([0.0, 0.0], [3.0, 4.0]);
-    with_disc.obstacles = vec![disc(0, [0.6, 0.0], 0.3)];
-    let mut with_robot = Scene::new([0.0, 0.0], [3.0, 4.0]);
-    with_robot.neighbors = vec![robot(1, [0.0, -0.8])];
-    let mut with_both = with_disc.clone();
-    with_both.neighbors.clone_from(&with_robot.neighbors);
-    for (params, disc_term, robot_term, sum) in [
-        (LITERAL, [-1.234568, 0.0], [0.0, 0.097656], [1.765432, 4.097656]),
-        (LITERAL_POWER_1, [-1.851852, 0.0], [0.0, 0.390625], [1.148148, 4.390625]),
-    ] {
-        assert_printed(plan(params, &with_disc).repulsive, disc_term);
-        assert_printed(plan(params, &with_robot).repulsive, robot_term);
-        let both = plan(params, &with_both);
-        assert_printed(both.attractive, [3.0, 4.0]);
-        assert_printed(both.attractive + both.repulsive, sum);
-    }
-}
-
-#[test]
-fn example_5_recommended() {
-    let mut scene = Scene::new([0.0, 0.0], [3.0, 4.0]);
-    scene.obstacles = vec![disc(0, [0.9, 0.0], 0.3)];
-    scene.neighbors = vec![robot(1, [0.0, -0.8])];
-    let plan = plan("", &scene);
-    assert_printed(plan.attractive, [0.6, 0.8]);
-    assert_printed(plan.repulsive, [-0.9375, 0.9375]);
-    assert_printed(plan.attractive + plan.repulsive, [-0.3375, 1.7375]);
-    assert_printed(velocity(&plan), [-0.190681, 0.981652]);
-}
-
-/// Examples 6 to 8: where the robots come to rest.
-#[test]
-fn examples_6_to_8_resting_places() {
-    let rest = |name: &str| {
-        let environment = environment(name);
-        Variant::row(&environment, "recommended", Kind::Point, 0).run(&environment).end
-    };
-    let headon = rest("apf_headon");
-    let half = (0.393003 + 0.4) / 2.0;
-    assert_printed(headon[0].coords, [3.0 - half, 0.0]);
-    assert_printed(headon[1].coords, [3.0 + half, 0.0]);
-    assert_printed(rest("apf_two_disc_trap")[0].coords, [2.227849, 0.0]);
-    let close = rest("apf_close_goals_05");
-    assert_printed(close[0].coords, [5.0, 0.484381]);
-    assert_printed(close[1].coords, [5.0, -0.484381]);
 }
 
 #[test]

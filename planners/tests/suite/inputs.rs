@@ -63,6 +63,7 @@ impl Scene {
             obstacles: &self.obstacles,
             neighbors: &self.neighbors,
             map: &self.obstacles,
+            arm: None,
         }
     }
 }

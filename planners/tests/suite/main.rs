@@ -1,13 +1,16 @@
-//! Tests of the methods, one binary: worked examples, the papers' environments, and properties of every method.
+//! Tests of the methods, one binary: unit tests, and properties of every method. The papers' worked examples and
+//! environments are rows of `reproduce`.
 
-mod acceptance;
 mod allocation;
+mod arm;
 mod decentralized_apf;
-mod environment;
 mod geometry;
 mod inputs;
+mod liquid;
 mod methods;
 mod params;
 mod properties;
+mod pso_via_points;
 mod random;
-mod sim;
+mod rpoa;
+mod spline;

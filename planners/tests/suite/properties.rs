@@ -112,6 +112,10 @@ fn check_sane(name: &str, scene: &Scene, plan: &Plan) -> Result<(), TestCaseErro
             prop_assert!(speed_mps <= limits.speed_mps_max && speed_mps >= -limits.reverse_mps_max, "{name}");
             prop_assert!(turn_radps.abs() <= limits.turn_radps_max, "{name}: {turn_radps}");
         }
+        (Kind::TwoLinkArm, Drive::Joints { rate_radps }) => {
+            let fastest = rate_radps.iter().fold(0.0, |fastest: f64, rate| fastest.max(rate.abs()));
+            prop_assert!(fastest <= limits.turn_radps_max * rounding, "{name}: {rate_radps:?}");
+        }
         (kind, drive) => prop_assert!(false, "{name}: {kind:?} cannot {drive:?}"),
     }
     Ok(())
@@ -134,9 +138,13 @@ fn check_same(
             (Drive::Twist { speed_mps: v, turn_radps: w }, Drive::Twist { speed_mps, turn_radps }) => {
                 (v - speed_mps).abs().max((w - turn_radps).abs())
             }
+            (Drive::Joints { rate_radps: [a, b] }, Drive::Joints { rate_radps: [c, d] }) => {
+                (a - c).abs().max((b - d).abs())
+            }
             _ => f64::INFINITY,
         };
         let terms = (before.attractive - after.attractive).norm() + (before.repulsive - after.repulsive).norm();
+        prop_assert_eq!(before.stopped, after.stopped, "{}", name);
         prop_assert!(error <= 1e-6 && terms <= 1e-8 * scale, "{name}:\nexpected {before:?}\nfound    {after:?}");
     }
     Ok(())
@@ -172,9 +180,11 @@ fn mapped_plan(plan: Plan, vector: impl Fn(Vector2<f64>) -> Vector2<f64>, side: 
         drive: match plan.drive {
             Drive::Velocity(v) => Drive::Velocity(vector(v)),
             Drive::Twist { speed_mps, turn_radps } => Drive::Twist { speed_mps, turn_radps: side * turn_radps },
+            Drive::Joints { rate_radps } => Drive::Joints { rate_radps: rate_radps.map(|rate| side * rate) },
         },
         attractive: vector(plan.attractive),
         repulsive: vector(plan.repulsive),
+        stopped: plan.stopped,
     }
 }
 

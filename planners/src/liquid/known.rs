@@ -1,0 +1,102 @@
+//! What the offline robot takes to be there and to stay: the map, what it has seen standing still, and robots that
+//! have arrived. What it has seen once it remembers, so that a robot without a map learns its world.
+
+use crate::planner::{Neighbor, Obstacle, PlanInput};
+use nalgebra::Vector2;
+
+/// What is slower than this stands still, m/s.
+pub const STILL_MPS: f64 = 0.01;
+
+/// Room for what is seen later, pieces; more costs an allocation.
+const ROOM: usize = 256;
+
+/// The obstacles of a robot's plans, sorted by id.
+#[derive(Clone, Debug, Default)]
+pub struct Known {
+    obstacles: Vec<Obstacle>,
+    has_map: bool,
+}
+
+/// A robot that has arrived, as an obstacle. The ids of robots count down from the greatest, out of the way of others.
+pub fn parked(neighbor: &Neighbor) -> Obstacle {
+    Obstacle {
+        id: u32::MAX - neighbor.id,
+        shape: crate::Capsule::disc(neighbor.position, neighbor.radius_m),
+        velocity: Vector2::zeros(),
+    }
+}
+
+/// Whether an obstacle moves.
+pub fn moves(obstacle: &Obstacle) -> bool {
+    obstacle.velocity.norm() > STILL_MPS
+}
+
+impl Known {
+    /// The obstacles, the pieces of each standing together.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles
+    }
+
+    /// Learns from a tick's input. True if something is there that was not known, or stands elsewhere, by more than
+    /// `slack_m`.
+    pub fn notice(&mut self, input: &PlanInput<'_>, robots: bool, slack_m: f64) -> bool {
+        let mut news = false;
+        if !self.has_map {
+            self.has_map = true;
+            self.obstacles.reserve(input.map.len() + input.obstacles.len() + ROOM);
+            self.obstacles.extend(input.map.iter().filter(|obstacle| !moves(obstacle)));
+            self.obstacles.sort_by_key(|obstacle| obstacle.id);
+            news = !self.obstacles.is_empty();
+        }
+        for pieces in input.obstacles.chunk_by(|a, b| a.id == b.id) {
+            if pieces.iter().any(moves) {
+                self.forget(pieces[0].id);
+            } else {
+                news |= self.see(pieces, slack_m);
+            }
+        }
+        if robots {
+            for neighbor in input.neighbors {
+                if neighbor.arrived {
+                    news |= self.see(&[parked(neighbor)], slack_m);
+                } else {
+                    self.forget(parked(neighbor).id);
+                }
+            }
+        }
+        news
+    }
+
+    fn see(&mut self, pieces: &[Obstacle], slack_m: f64) -> bool {
+        let id = pieces[0].id;
+        let from = self.obstacles.partition_point(|known| known.id < id);
+        let known = self.obstacles[from..].partition_point(|known| known.id == id);
+        let same = |a: &Obstacle, b: &Obstacle| {
+            let moved = (a.shape.a - b.shape.a).norm().max((a.shape.b - b.shape.b).norm());
+            moved <= slack_m && (a.shape.radius - b.shape.radius).abs() <= slack_m
+        };
+        if let ([piece], 1) = (pieces, known) {
+            // A thing of one piece can be seen to have moved; of others, only some pieces may be in sight.
+            let news = !same(piece, &self.obstacles[from]);
+            if news {
+                self.obstacles[from] = *piece;
+            }
+            return news;
+        }
+        let mut news = false;
+        for piece in pieces {
+            let known = self.obstacles[from..].partition_point(|known| known.id == id);
+            if !self.obstacles[from..from + known].iter().any(|known| same(known, piece)) {
+                self.obstacles.insert(from + known, *piece);
+                news = true;
+            }
+        }
+        news
+    }
+
+    fn forget(&mut self, id: u32) {
+        if self.obstacles.binary_search_by_key(&id, |known| known.id).is_ok() {
+            self.obstacles.retain(|known| known.id != id);
+        }
+    }
+}
