@@ -304,6 +304,7 @@ impl Coordinator {
             None => None,
             Some("point") => Some(Kind::Point),
             Some("unicycle") => Some(Kind::Unicycle),
+            Some("two-link-arm") => Some(Kind::TwoLinkArm), // refused below, with the reason
             Some(other) => {
                 return refused(&format!("unknown kind `{other}`"), Some("known kinds: point, unicycle"));
             }

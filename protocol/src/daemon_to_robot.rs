@@ -14,7 +14,7 @@ pub struct AgentSpec {
     pub robot: Robot,
     /// How time passes.
     pub clock: Clock,
-    /// How many pieces the obstacles of the world have, before those of the robots' bodies.
+    /// How many pieces there are besides one per robot.
     pub shape_pieces: u32,
     /// How many robots the fleet can hold.
     pub max_robots: u32,

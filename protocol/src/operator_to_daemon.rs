@@ -33,7 +33,7 @@ pub struct NewRobot {
     pub goal_m: [f64; 2],
     /// Its method.
     pub planner: Option<String>,
-    /// How it moves: `point` or `unicycle`.
+    /// How it moves: `point` or `unicycle`; arms are built in with the scenario.
     pub kind: Option<String>,
 }
 

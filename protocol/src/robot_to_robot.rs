@@ -5,24 +5,26 @@ use iceoryx2::prelude::ZeroCopySend;
 /// A robot's own account of itself at one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.SharedPose.v1")]
+#[type_name("shoal.SharedPose.v2")]
 pub struct SharedPose {
     /// The tick that it describes.
     pub tick: u64,
     /// When it was written, monotonic clock, ns. Zero: never.
     pub stamp_ns: u64,
-    /// Position, m.
+    /// Position, m; of an arm, that of its tip.
     pub x_m: f64,
     /// Position, m.
     pub y_m: f64,
-    /// Heading, rad.
+    /// Heading, rad; of an arm, the direction of its last link.
     pub yaw_rad: f64,
     /// Velocity in the world frame, m/s.
     pub vx_mps: f64,
     /// Velocity in the world frame, m/s.
     pub vy_mps: f64,
-    /// Body radius, m.
+    /// Body radius, m; of an arm, half the thickness of its links.
     pub radius_m: f64,
+    /// Joint angles of an arm, the one at the base first, rad; zero for everybody else.
+    pub joints_rad: [f64; 2],
     /// Distance to its goal, m: the scalar behind right of way.
     pub remaining_m: f64,
     /// See the `FLAG_*` constants.
@@ -34,7 +36,7 @@ pub struct SharedPose {
 impl SharedPose {
     /// It has reached its last goal.
     pub const FLAG_ARRIVED: u32 = 1;
-    /// It stands still on purpose.
+    /// It stands still on purpose: its method says so, see [`planners::Plan::stopped`].
     pub const FLAG_STOPPED: u32 = 2;
     /// There is a pose here: a board that was just made holds none.
     pub const FLAG_SPOKEN: u32 = 4;
@@ -49,7 +51,7 @@ impl SharedPose {
 /// the one of the tick before is always there, whoever ran first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.PosePair.v1")]
+#[type_name("shoal.PosePair.v2")]
 pub struct PosePair {
     /// The newest pose.
     pub newest: SharedPose,

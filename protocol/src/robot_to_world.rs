@@ -18,9 +18,9 @@ pub struct Command {
     pub form: u32,
     /// The life of the robot that wrote it.
     pub incarnation: u32,
-    /// Velocity along x, m/s; or forward speed, m/s.
+    /// Velocity along x, m/s; or forward speed, m/s; or rate of the joint at the base, rad/s.
     pub first: f64,
-    /// Velocity along y, m/s; or turn rate, rad/s.
+    /// Velocity along y, m/s; or turn rate, rad/s; or rate of the joint at the elbow, rad/s.
     pub second: f64,
 }
 
@@ -31,12 +31,15 @@ impl Command {
     pub const FORM_VELOCITY: u32 = 1;
     /// A forward speed and a turn rate.
     pub const FORM_TWIST: u32 = 2;
+    /// The rates of two joints.
+    pub const FORM_JOINTS: u32 = 3;
 
     /// Fills in the drive.
     pub fn with_drive(mut self, drive: Drive) -> Command {
         (self.form, self.first, self.second) = match drive {
             Drive::Velocity(v) => (Command::FORM_VELOCITY, v.x, v.y),
             Drive::Twist { speed_mps, turn_radps } => (Command::FORM_TWIST, speed_mps, turn_radps),
+            Drive::Joints { rate_radps: [first, second] } => (Command::FORM_JOINTS, first, second),
         };
         self
     }
@@ -46,6 +49,7 @@ impl Command {
         match self.form {
             Command::FORM_VELOCITY => Some(Drive::Velocity(nalgebra::Vector2::new(self.first, self.second))),
             Command::FORM_TWIST => Some(Drive::Twist { speed_mps: self.first, turn_radps: self.second }),
+            Command::FORM_JOINTS => Some(Drive::Joints { rate_radps: [self.first, self.second] }),
             _ => None,
         }
     }

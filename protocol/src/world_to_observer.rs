@@ -22,20 +22,23 @@ pub struct FrameHeader {
 /// A body in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.FrameBody.v1")]
+#[type_name("shoal.FrameBody.v2")]
 pub struct FrameBody {
-    /// Position, m (of an obstacle: the point that its motion carries).
+    /// Position, m (of an arm: its tip; of an obstacle: the point that its motion carries).
     pub x_m: f64,
     /// Position, m.
     pub y_m: f64,
-    /// Heading, rad.
+    /// Heading, rad; of an arm, the direction of its last link.
     pub yaw_rad: f64,
-    /// Radius, m.
+    /// Radius, m; of an arm, half the thickness of its links.
     pub radius_m: f64,
     /// Velocity, m/s.
     pub vx_mps: f64,
     /// Velocity, m/s.
     pub vy_mps: f64,
+    /// Joint angles of an arm, the one at the base first, rad; zero for everything else. Where the links are follows from
+    /// them and from the arm's geometry in the scenario.
+    pub joints_rad: [f64; 2],
     /// Slot of the robot, or index of the obstacle.
     pub index: u32,
     /// See the `FLAG_*` constants.

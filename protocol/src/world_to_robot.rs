@@ -5,30 +5,33 @@
 use iceoryx2::prelude::ZeroCopySend;
 use scenarios::{MAX_ROBOTS, MAX_SHAPES};
 
-/// Most pieces that can be in sight: every piece of every obstacle, and every robot that is not on the radio.
+/// Most pieces that can be in sight: every piece of every obstacle, every robot that is not on the radio, and the
+/// links of arms, whose second links count among the shapes.
 pub const MAX_SENSED: usize = MAX_SHAPES + MAX_ROBOTS;
 
 /// Where a robot is, and where it is to go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.Odometry.v1")]
+#[type_name("shoal.Odometry.v2")]
 pub struct Odometry {
     /// Tick of this state.
     pub tick: u64,
     /// When it was written, monotonic clock, ns.
     pub stamp_ns: u64,
-    /// Position, m.
+    /// Position, m; of an arm, that of its tip.
     pub x_m: f64,
     /// Position, m.
     pub y_m: f64,
-    /// Heading, rad.
+    /// Heading, rad; of an arm, the direction of its last link.
     pub yaw_rad: f64,
     /// Velocity in the world frame, m/s.
     pub vx_mps: f64,
     /// Velocity in the world frame, m/s.
     pub vy_mps: f64,
-    /// Turn rate, rad/s.
+    /// Turn rate, rad/s; of an arm, that of its last link.
     pub turn_radps: f64,
+    /// Joint angles of an arm, the one at the base first, rad; zero for everybody else.
+    pub joints_rad: [f64; 2],
     /// Where the goal is now, m.
     pub goal_x_m: f64,
     /// Where the goal is now, m.
@@ -115,9 +118,10 @@ impl SensedList {
     }
 }
 
-/// A piece of an obstacle, or the body of a robot that is not on the radio, where it is at this tick.
+/// A piece of an obstacle, the body of a robot that is not on the radio, or a link of an arm, where it is at this tick.
 ///
-/// Pieces are numbered: first those of the obstacles in the order of the scenario, then one per slot.
+/// Pieces are numbered: first those of the obstacles in the order of the scenario, then by slot the body of each robot:
+/// one piece, or the two links of an arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("shoal.Piece.v1")]
@@ -132,7 +136,7 @@ pub struct Piece {
     pub by_m: f64,
     /// From the core to the surface, m.
     pub radius_m: f64,
-    /// Velocity, m/s.
+    /// Velocity, m/s; of a link, that of its middle.
     pub vx_mps: f64,
     /// Velocity, m/s.
     pub vy_mps: f64,

@@ -3,7 +3,7 @@
 use crate::radio::Receiver;
 use nalgebra::{Point2, Vector2};
 use planners::registry::Identity;
-use planners::{Drive, Neighbor, Obstacle, ParamError, PlanInput, Planner};
+use planners::{ArmState, Drive, Neighbor, Obstacle, ParamError, PlanInput, Planner};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -106,6 +106,8 @@ impl Agent {
         let velocity = Vector2::new(odometry.vx_mps, odometry.vy_mps);
         let goal = Point2::new(odometry.goal_x_m, odometry.goal_y_m);
         let arrived = odometry.has(Odometry::FLAG_ARRIVED);
+        let joints_rad = odometry.joints_rad;
+        let arm = robot.arm.map(|setup| ArmState { geometry: setup.geometry, joints_rad });
         let plan = self.planner.plan(&PlanInput {
             tick: odometry.tick,
             dt_s,
@@ -121,14 +123,18 @@ impl Agent {
             obstacles: &self.obstacles,
             neighbors: &self.neighbors,
             map: &self.map,
+            arm,
         });
-        let drive = plan.drive.within(&robot.limits);
+        let drive = match (plan.drive, arm) {
+            (Drive::Joints { rate_radps }, Some(arm)) => arm.within(rate_radps, &robot.limits),
+            (drive, _) => drive.within(&robot.limits),
+        };
 
         let mut flags = SharedPose::FLAG_SPOKEN;
         if arrived {
             flags |= SharedPose::FLAG_ARRIVED;
         }
-        if drive == Drive::stop(robot.kind) {
+        if plan.stopped {
             flags |= SharedPose::FLAG_STOPPED;
         }
         let pose = SharedPose {
@@ -140,6 +146,7 @@ impl Agent {
             vx_mps: odometry.vx_mps,
             vy_mps: odometry.vy_mps,
             radius_m: robot.radius_m,
+            joints_rad,
             remaining_m: if arrived { 0.0 } else { (goal - position).norm() },
             flags,
             reserved: 0,

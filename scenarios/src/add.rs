@@ -4,7 +4,7 @@ use crate::check::{Ground, Source, Surfaces};
 use crate::keys::LARGE;
 use crate::model::{MAX_GOALS, Robot, Scenario};
 use crate::problems::{Origin, Problems, Report};
-use crate::{methods, robots, walk};
+use crate::{arm, methods, robots, walk};
 use nalgebra::Point2;
 use planners::{Kind, ParamValues};
 
@@ -62,17 +62,22 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
         report.add(here, "", format!("[{}, {}] is no place", point.x, point.y));
     }
 
+    let kind = request.kind.unwrap_or(template.kind);
+    arm::check_added(kind, &mut report);
     let planner = request.planner.as_deref().unwrap_or(&template.planner);
     let mut params = if planner == template.planner { template.params.clone() } else { ParamValues::new() };
     params.extend(request.params.clone());
     if let Some(method) = methods::find(planner, "planner", here, &mut report) {
+        if kind != Kind::TwoLinkArm && template.agent.is_none() {
+            robots::check_kind(&[], kind, planner, ("planner", here), &mut report);
+        }
         for problem in method.check(&params) {
             methods::add(method, &problem, &format!("params.{}", problem.name()), here, &mut report);
         }
     }
 
     let robot = Robot {
-        kind: request.kind.unwrap_or(template.kind),
+        kind,
         radius_m,
         start: request.start,
         start_yaw_rad,
@@ -98,6 +103,6 @@ pub fn goal_problem(scenario: &Scenario, robot: &Robot, goal: Point2<f64>) -> Op
     }
     let surfaces = Surfaces::new(&scenario.obstacles);
     let ground = Ground { world: scenario.bounds, surfaces: &surfaces };
-    ground.place(goal, robot.radius_m, false, "the goal", "", Origin::Whole, &mut report);
+    ground.goal(robot, goal, "the goal", "", Origin::Whole, &mut report);
     report.finish().err().and_then(|problems| Some(problems.shown.first()?.to_string()))
 }

@@ -27,6 +27,23 @@ static CATALOG: &[CatalogEntry] = entries![
     "moving-obstacles",
     "unicycle-15",
     "scale-64",
+    "liquid-gap",
+    "liquid-near-goal",
+    "liquid-corridor-tight",
+    "liquid-u-trap",
+    "liquid-u-resonance",
+    "liquid-ring-side",
+    "rpoa-static",
+    "rpoa-moved4",
+    "rpoa-moving6",
+    "rpoa-orbiter",
+    "rpoa-moving-target",
+    "rpoa-u-trap",
+    "pso-mass-point-1",
+    "pso-mass-point-2",
+    "arm-1",
+    "arm-elbow-flip",
+    "mixed",
 ];
 
 /// All of them, the default of `shoal run` first.

@@ -1,11 +1,12 @@
 //! Checks of places: free of obstacles, inside the world, apart from each other.
 
+use crate::arm;
 use crate::model::{Bounds, Obstacle, Robot, Shape};
 use crate::obstacles::{contains, show};
 use crate::problems::{Origin, Report};
 use nalgebra::Point2;
-use planners::Capsule;
-use planners::geometry::Polygon;
+use planners::geometry::{Polygon, segment_distance};
+use planners::{Capsule, Kind};
 
 /// Bodies that overlap by less than this touch, m.
 const TOUCH_M: f64 = 1e-9;
@@ -45,6 +46,11 @@ impl Surfaces {
         Surfaces(obstacles.iter().enumerate().filter_map(surface).collect())
     }
 
+    /// How many pieces they have in all.
+    pub(crate) fn pieces(&self) -> usize {
+        self.0.iter().map(|surface| surface.pieces.len()).sum()
+    }
+
     /// Whether every surface is at least this far from `p`.
     pub(crate) fn clearance_at_least(&self, p: Point2<f64>, distance_m: f64) -> bool {
         self.0.iter().all(|surface| surface.clearance_below(p, distance_m).is_none())
@@ -55,9 +61,27 @@ impl Surfaces {
         (self.0.iter().filter(|surface| with_moving || !surface.moving))
             .find_map(|surface| Some((surface.obstacle, radius_m - surface.clearance_below(p, radius_m - TOUCH_M)?)))
     }
+
+    /// The first obstacle that one of these bodies overlaps, and by how much.
+    pub(crate) fn overlap_of(&self, bodies: &[Capsule], with_moving: bool) -> Option<(usize, f64)> {
+        let surfaces = self.0.iter().filter(|surface| with_moving || !surface.moving);
+        surfaces.into_iter().find_map(|surface| {
+            let clearance = bodies.iter().map(|body| surface.clearance_of(body)).fold(f64::INFINITY, f64::min);
+            (clearance < -TOUCH_M).then_some((surface.obstacle, -clearance))
+        })
+    }
 }
 
 impl Surface {
+    /// The distance from the surface of a body, negative in overlap.
+    fn clearance_of(&self, body: &Capsule) -> f64 {
+        let to_edge = (self.pieces.iter())
+            .map(|piece| segment_distance(body.a, body.b, piece.a, piece.b) - piece.radius)
+            .fold(f64::INFINITY, f64::min);
+        let inside = self.solid.as_ref().is_some_and(|solid| solid.contains(body.a));
+        (if inside { -to_edge } else { to_edge }) - body.radius
+    }
+
     /// The distance from `p`, negative inside, if it is below `limit_m`.
     fn clearance_below(&self, p: Point2<f64>, limit_m: f64) -> Option<f64> {
         let near = p.x > self.low.x - limit_m
@@ -100,18 +124,49 @@ impl Ground<'_> {
     pub(crate) fn check(&self, robot: &Robot, source: &Source, report: &mut Report) {
         let id = &robot.id;
         let (key, origin) = &source.start;
-        self.place(robot.start, robot.radius_m, !source.late, &format!("the start of `{id}`"), key, *origin, report);
+        match &robot.arm {
+            Some(setup) => arm::check_start(self, robot, setup, source.late, (key, *origin), report),
+            None => {
+                let what = format!("the start of `{id}`");
+                self.place(robot.start, robot.radius_m, !source.late, &what, key, *origin, report);
+            }
+        }
         for (index, goal) in robot.goals.iter().enumerate() {
             let last = index + 1 == robot.goals.len();
             let (key, origin) = if last { &source.goal } else { &source.waypoints };
             let what = if last { format!("the goal of `{id}`") } else { format!("waypoint {index} of `{id}`") };
-            self.place(*goal, robot.radius_m, false, &what, key, *origin, report);
+            self.goal(robot, *goal, &what, key, *origin, report);
         }
     }
 
-    /// Checks one place for a robot to be.
+    /// Checks one goal of a robot.
+    pub(crate) fn goal(
+        &self,
+        robot: &Robot,
+        p: Point2<f64>,
+        what: &str,
+        key: &str,
+        origin: Origin,
+        report: &mut Report,
+    ) {
+        match &robot.arm {
+            Some(setup) => arm::check_goal(self, setup, p, what, (key, origin), report),
+            None if robot.kind == Kind::TwoLinkArm => {} // it is wrong, and reported
+            None => self.place(p, robot.radius_m, false, what, key, origin, report),
+        }
+    }
+
+    /// Reports a place that is not in the world.
+    pub(crate) fn outside(&self, p: Point2<f64>, what: &str, key: &str, origin: Origin, report: &mut Report) {
+        let Bounds { x_m, y_m } = self.world;
+        let message = format!("{what}, {}, is outside the world", show(p));
+        let hint = format!("[world] has x_m = [{}, {}], y_m = [{}, {}]", x_m[0], x_m[1], y_m[0], y_m[1]);
+        report.add_hint(origin, key, message, hint);
+    }
+
+    /// Checks one place for a disc to be.
     #[expect(clippy::too_many_arguments, reason = "a place, and how to name it; a struct would only be unpacked again")]
-    pub(crate) fn place(
+    fn place(
         &self,
         p: Point2<f64>,
         radius_m: f64,
@@ -125,14 +180,7 @@ impl Ground<'_> {
             return; // wrong, and reported
         }
         if !contains(self.world, p) {
-            let Bounds { x_m, y_m } = self.world;
-            let message = format!("{what}, {}, is outside the world", show(p));
-            report.add_hint(
-                origin,
-                key,
-                message,
-                format!("[world] has x_m = [{}, {}], y_m = [{}, {}]", x_m[0], x_m[1], y_m[0], y_m[1]),
-            );
+            self.outside(p, what, key, origin, report);
         }
         if let Some((obstacle, overlap_m)) = self.surfaces.overlap(p, radius_m, with_moving) {
             let message = format!("{what}, {}, overlaps obstacle[{obstacle}] by {overlap_m:.3} m", show(p));
@@ -150,29 +198,34 @@ impl Ground<'_> {
 /// compared.
 pub(crate) fn starts_apart(robots: &[Robot], sources: &[Source], report: &mut Report) {
     let finite = |slot: &usize| robots[*slot].start.coords.iter().all(|x| x.is_finite());
+    let bodies: Vec<Vec<Capsule>> = robots.iter().map(arm::body_at_start).collect();
+    let left = |slot: usize| bodies[slot].iter().map(|b| b.a.x.min(b.b.x) - b.radius).fold(f64::INFINITY, f64::min);
+    let right = |slot: usize| bodies[slot].iter().map(|b| b.a.x.max(b.b.x) + b.radius).fold(-f64::INFINITY, f64::max);
+    let gap = |slot: usize, other: usize| {
+        let pairs = bodies[slot].iter().flat_map(|a| bodies[other].iter().map(move |b| (a, b)));
+        pairs.map(|(a, b)| segment_distance(a.a, a.b, b.a, b.b) - (a.radius + b.radius)).fold(f64::INFINITY, f64::min)
+    };
     let mut order: Vec<usize> = (0..robots.len()).filter(|slot| !sources[*slot].late).filter(finite).collect();
-    let left = |slot: usize| robots[slot].start.x - robots[slot].radius_m;
     order.sort_by(|a, b| left(*a).total_cmp(&left(*b)).then(a.cmp(b)));
     for (index, &slot) in order.iter().enumerate() {
-        let robot = &robots[slot];
-        let right = robot.start.x + robot.radius_m;
-        let hit = order[index + 1..].iter().take_while(|other| left(**other) < right).find(|other| {
-            let other = &robots[**other];
-            nalgebra::distance(&robot.start, &other.start) < robot.radius_m + other.radius_m - TOUCH_M
-        });
-        let Some(&other) = hit else { continue };
+        let right = right(slot);
+        let near = order[index + 1..].iter().take_while(|other| left(**other) < right);
+        let Some(&other) = near.into_iter().find(|other| gap(slot, **other) < -TOUCH_M) else { continue };
         // Told at the later of the two, about the earlier.
         let (first, second) = (slot.min(other), slot.max(other));
         let (a, b) = (&robots[first], &robots[second]);
-        let apart_m = nalgebra::distance(&a.start, &b.start);
-        let needed_m = a.radius_m + b.radius_m;
         let (key, origin) = &sources[second].start;
-        let message = format!("`{}` overlaps `{}` at the start by {:.3} m", b.id, a.id, needed_m - apart_m);
+        let message = format!("`{}` overlaps `{}` at the start by {:.3} m", b.id, a.id, -gap(slot, other));
         let way_out = match key.as_str() {
             "layout" => "; a larger radius_m or spacing_m, a smaller jitter_m, or fewer robots",
             _ => "",
         };
-        let hint = format!("their centres need {needed_m:.3} m, they are {apart_m:.3} m apart{way_out}");
+        let hint = if a.arm.is_some() || b.arm.is_some() {
+            format!("keep starts clear of the links of arms{way_out}")
+        } else {
+            let (needed_m, apart_m) = (a.radius_m + b.radius_m, nalgebra::distance(&a.start, &b.start));
+            format!("their centres need {needed_m:.3} m, they are {apart_m:.3} m apart{way_out}")
+        };
         report.add_hint(*origin, key, message, hint);
     }
 }

@@ -43,6 +43,8 @@ pub(crate) enum Type {
     Choice(&'static [&'static str]),
     /// A pair of numbers `[x, y]`.
     Pair,
+    /// A number for each joint or link of an arm, the one at the base first.
+    Joints(Range),
     /// A list of pairs.
     Pairs {
         /// Fewest pairs.
@@ -71,6 +73,8 @@ pub(crate) enum Type {
 pub(crate) enum Preset {
     /// The key must be given.
     Required,
+    /// The key must be given, or this other one instead.
+    RequiredUnless(&'static str),
     /// Nothing.
     Absent,
     /// This value, as TOML.

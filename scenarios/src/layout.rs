@@ -6,6 +6,7 @@ use crate::model::Bounds;
 use crate::node::{Node, Value};
 use crate::problems::Report;
 use nalgebra::{Point2, Vector2};
+use planners::Capsule;
 use planners::random::Stream;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -20,10 +21,10 @@ pub(crate) struct Surroundings<'a> {
     /// Radius of the robots to be placed.
     pub(crate) radius_m: f64,
     pub(crate) obstacles: &'a Surfaces,
-    /// Starts of other robots and their radii.
-    pub(crate) starts: &'a [(Point2<f64>, f64)],
-    /// Last goals of other robots and the robots' radii.
-    pub(crate) goals: &'a [(Point2<f64>, f64)],
+    /// Other robots where they start.
+    pub(crate) starts: &'a [Capsule],
+    /// Other robots that drive about, at their last goals.
+    pub(crate) goals: &'a [Capsule],
 }
 
 /// Start and goal of every robot of a layout; nothing if the layout cannot be placed, which has been reported then.
@@ -53,6 +54,7 @@ pub(crate) fn places(node: &Node, around: &Surroundings<'_>, report: &mut Report
                 (0..count).map(|i| [at(i, 0.0), at(i + shift, 0.0)]).collect()
             }
         }
+        "list" => listed(node, count, report)?,
         "grid" => {
             let spacing = node.float("spacing_m")?;
             let columns = node.int("columns").map_or((count as f64).sqrt().ceil() as usize, |columns| columns as usize);
@@ -87,6 +89,26 @@ pub(crate) fn places(node: &Node, around: &Surroundings<'_>, report: &mut Report
         [start + Vector2::new(angle.cos(), angle.sin()) * distance, goal]
     };
     Some(places.into_iter().enumerate().map(shake).collect())
+}
+
+/// The first of the starts and goals that the file lists.
+fn listed(node: &Node, count: usize, report: &mut Report) -> Option<Vec<[Point2<f64>; 2]>> {
+    let (starts, goals) = (node.points("starts_m"), node.points("goals_m"));
+    if starts.is_empty() || goals.is_empty() {
+        return None; // Missing or wrong, which has been reported.
+    }
+    if starts.len() != goals.len() {
+        let message = format!("{} goals for {} starts", goals.len(), starts.len());
+        report.add(node.at("goals_m"), &node.key("goals_m"), message);
+        return None;
+    }
+    if count > starts.len() {
+        let message = format!("{count} robots, but only {} are listed", starts.len());
+        let hint = format!("at most {} robots, or more starts_m and goals_m", starts.len());
+        report.add_hint(node.at("robots"), &node.key("robots"), message, hint);
+        return None;
+    }
+    Some(starts.into_iter().zip(goals).take(count).map(|(start, goal)| [start, goal]).collect())
 }
 
 /// Starts and goals anywhere, with room round each: drawn again until they fit.
@@ -125,18 +147,18 @@ fn random(node: &Node, count: usize, around: &Surroundings<'_>, report: &mut Rep
     Some(places)
 }
 
-/// Discs of one radius that keep apart, in cells at least as wide as the distance that they keep; and a few others.
+/// Discs of one radius that keep apart, in cells at least as wide as the distance that they keep; and a few other bodies.
 struct Crowd<'a> {
     cell_m: f64,
     apart_m: f64,
     radius_m: f64,
     spread_m: f64,
     cells: HashMap<(i64, i64), Vec<Point2<f64>>>,
-    others: &'a [(Point2<f64>, f64)],
+    others: &'a [Capsule],
 }
 
 impl<'a> Crowd<'a> {
-    fn new(radius_m: f64, spread_m: f64, others: &'a [(Point2<f64>, f64)]) -> Crowd<'a> {
+    fn new(radius_m: f64, spread_m: f64, others: &'a [Capsule]) -> Crowd<'a> {
         let apart_m = 2.0 * radius_m + spread_m;
         Crowd { cell_m: apart_m.max(0.001), apart_m, radius_m, spread_m, cells: HashMap::new(), others }
     }
@@ -150,7 +172,9 @@ impl<'a> Crowd<'a> {
         let near = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y)));
         let mut near = near.filter_map(|cell| self.cells.get(&cell)).flatten();
         near.all(|q| nalgebra::distance(&p, q) >= self.apart_m)
-            && self.others.iter().all(|(q, r)| nalgebra::distance(&p, q) >= r + self.radius_m + self.spread_m)
+            && (self.others.iter()).all(|other| {
+                nalgebra::distance(&p, &other.nearest_core(p)) >= other.radius + self.radius_m + self.spread_m
+            })
     }
 
     fn add(&mut self, p: Point2<f64>) {

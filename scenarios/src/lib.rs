@@ -7,6 +7,7 @@
 //! Nothing here reads files or clocks.
 
 mod add;
+mod arm;
 mod catalog;
 mod check;
 mod document;
@@ -38,7 +39,7 @@ use problems::{Origin, Report};
 pub struct Overrides {
     /// `--mode`.
     pub mode: Option<Mode>,
-    /// `--planner`: every robot uses this method; parameters for other methods no longer count.
+    /// `--planner`: every robot that this method can drive uses it; parameters for other methods no longer count.
     pub planner: Option<String>,
     /// `--robots`, for scenarios with a layout.
     pub robots: Option<usize>,
@@ -60,7 +61,22 @@ pub fn parse(file_name: &str, text: &str, overrides: &Overrides) -> Result<Scena
     let planner = apply(&mut document, overrides, &mut report);
     let root = walk::walk(document, &mut report);
     let scenario = resolve::resolve(&root, stem(file_name), planner, &mut report);
+    if let Some(method) = planner.and_then(planners::find) {
+        check_planner(method, &scenario, Origin::Option(overrides.set.len() + 1), &mut report);
+    }
     report.finish().map(|()| scenario)
+}
+
+/// Reports a method that replaces all others and cannot drive a single robot.
+fn check_planner(method: &planners::Method, scenario: &Scenario, origin: Origin, report: &mut Report) {
+    let mut robots = scenario.robots.iter();
+    if robots.clone().any(|robot| method.kinds.contains(&robot.kind)) {
+        return;
+    }
+    if let Some(robot) = robots.next() {
+        let message = format!("`{}` can drive none of these robots, such as `{}`", method.name, robot.id);
+        report.add_hint(origin, "", message, methods::for_kind(robot.kind));
+    }
 }
 
 /// The options as they were given, for messages.

@@ -3,7 +3,7 @@
 use crate::document::{Field, RawValue};
 use crate::node::{Block, Node, Value};
 use crate::problems::{Origin, Report, known, nearest};
-use planners::{METHODS, Method, ParamError, ParamValue, ParamValues};
+use planners::{Kind, METHODS, Method, ParamError, ParamValue, ParamValues};
 
 /// Says so if there is no method of that name.
 pub(crate) fn find(name: &str, key: &str, origin: Origin, report: &mut Report) -> Option<&'static Method> {
@@ -14,6 +14,12 @@ pub(crate) fn find(name: &str, key: &str, origin: Origin, report: &mut Report) -
         report.add_hint(origin, key, message, known("planners", name, &names));
     }
     method
+}
+
+/// The methods that can drive a body of this kind, as a hint.
+pub(crate) fn for_kind(kind: Kind) -> String {
+    let fitting = METHODS.iter().filter(|method| method.kinds.contains(&kind));
+    format!("planners that can: {}", fitting.map(|method| method.name).collect::<Vec<_>>().join(", "))
 }
 
 /// The values of a block; what has no type that a parameter can have is left out.

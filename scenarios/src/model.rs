@@ -5,12 +5,12 @@
 
 use nalgebra::Point2;
 use planners::geometry::Capsule;
-use planners::{Kind, Limits, ParamValues};
+use planners::{ArmGeometry, ArmState, Kind, Limits, ParamValues};
 use serde::{Deserialize, Serialize};
 
 /// Most robots that one fleet can hold, late joiners included.
 pub const MAX_ROBOTS: usize = 1024;
-/// Most pieces (discs, walls, polygon edges) that the obstacles of one world may have in all.
+/// Most pieces (discs, walls, polygon edges, second links of arms) that one world may have in all.
 pub const MAX_SHAPES: usize = 1024;
 /// Most goals that one robot may have waiting.
 pub const MAX_GOALS: usize = 64;
@@ -43,10 +43,12 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// How many pieces the obstacles have in all: pieces are numbered in the order of the obstacles, and the bodies
-    /// of the robots come after them.
+    /// How many pieces there are besides one per robot: those of the obstacles, and the second link of every arm.
+    ///
+    /// Pieces are numbered in the order of the obstacles, and the bodies of the robots come after them.
     pub fn shape_pieces(&self) -> u32 {
-        self.obstacles.iter().map(|obstacle| obstacle.shape.piece_count() as u32).sum()
+        let arms = self.robots.iter().filter(|robot| robot.arm.is_some()).count();
+        self.obstacles.iter().map(|obstacle| obstacle.shape.piece_count() as u32).sum::<u32>() + arms as u32
     }
 }
 
@@ -261,13 +263,15 @@ pub struct Robot {
     pub kind: Kind,
     /// What its body can do.
     pub limits: Limits,
-    /// Body radius, m.
+    /// What it is built like, if it is an arm.
+    pub arm: Option<ArmSetup>,
+    /// Body radius, m; of an arm, half the thickness of its links.
     pub radius_m: f64,
-    /// Where it starts, m.
+    /// Where it starts, m; of an arm, where its tip starts.
     pub start: Point2<f64>,
-    /// Its heading at the start, rad.
+    /// Its heading at the start, rad; of an arm, the direction of its last link.
     pub start_yaw_rad: f64,
-    /// Its goals, in order; at least one.
+    /// Its goals, in order; at least one. Those of an arm are for its tip.
     pub goals: Vec<Point2<f64>>,
     /// How its last goal moves; `None` stands still.
     pub goal_motion: Option<Motion>,
@@ -277,9 +281,9 @@ pub struct Robot {
     pub planner: String,
     /// The method's parameters that differ from the default.
     pub params: ParamValues,
-    /// How far its sensors see, from its centre to the surface of what is seen, m.
+    /// How far its sensors see, from its centre (the tip of an arm) to the surface of what is seen, m.
     pub sensor_range_m: f64,
-    /// How far its radio hears, centre to centre, m.
+    /// How far its radio hears, centre to centre (the tip of an arm), m.
     pub radio_range_m: f64,
     /// A neighbour once heard is kept until it is this much further away, m.
     pub radio_hysteresis_m: f64,
@@ -289,6 +293,22 @@ pub struct Robot {
     pub restart: Restart,
     /// The executable to start as its agent; `None` is shoal itself.
     pub agent: Option<String>,
+}
+
+/// An arm as it stands at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArmSetup {
+    /// How it is built.
+    pub geometry: ArmGeometry,
+    /// Its joints at the start, rad.
+    pub start_joints_rad: [f64; 2],
+}
+
+impl ArmSetup {
+    /// The arm at the start.
+    pub fn start(&self) -> ArmState {
+        ArmState { geometry: self.geometry, joints_rad: self.start_joints_rad }
+    }
 }
 
 /// What happens when the process of a robot ends unasked.

@@ -1,5 +1,6 @@
 //! From a checked file to a scenario: defaults filled in, layouts placed, times turned into ticks.
 
+use crate::arm;
 use crate::check::{self, Ground, Source, Surfaces};
 use crate::keys::{LARGE, Type};
 use crate::layout::{self, Surroundings};
@@ -11,6 +12,7 @@ use crate::robots::{Layers, Place};
 use crate::table::ROOT;
 use crate::timeline::{self, Stage};
 use nalgebra::Point2;
+use planners::{Capsule, Kind};
 use std::collections::{HashMap, HashSet};
 
 /// A fleet without `max_robots` has room for this many robots more than the file has.
@@ -171,23 +173,29 @@ impl Crew {
     ) -> Crew {
         let late = timeline::late(root);
         let alone: Vec<(Robot, Source)> =
-            (root.nodes("robot").iter()).map(|node| single(node, layers, ground.world, &late, report)).collect();
+            (root.nodes("robot").iter()).map(|node| single(node, layers, ground, &late, report)).collect();
         let mut complete = alone.iter().all(|(robot, _)| !robot.id.is_empty())
             && !matches!(root.value("robot"), Some(Value::Wrong))
             && !matches!(root.value("layout"), Some(Value::Wrong));
         let mut members: Vec<(Robot, Source)> = Vec::new();
         if let Some(node) = root.node("layout") {
+            if arm::check_layout(node, template.kind, report) {
+                layers.check_layout(template, node, report);
+            } else {
+                complete = false;
+            }
             let around = Surroundings {
                 world: ground.world,
                 seed,
                 radius_m: template.radius_m,
                 obstacles: ground.surfaces,
-                starts: &alone.iter().map(|(robot, _)| (robot.start, robot.radius_m)).collect::<Vec<_>>(),
+                starts: &alone.iter().flat_map(|(robot, _)| arm::body_at_start(robot)).collect::<Vec<_>>(),
                 goals: &(alone.iter())
-                    .filter_map(|(robot, _)| Some((*robot.goals.last()?, robot.radius_m)))
+                    .filter(|(robot, _)| robot.kind != Kind::TwoLinkArm)
+                    .filter_map(|(robot, _)| Some(Capsule::disc(*robot.goals.last()?, robot.radius_m)))
                     .collect::<Vec<_>>(),
             };
-            match layout::places(node, &around, report) {
+            match layout::places(node, &around, report).filter(|_| template.kind != Kind::TwoLinkArm) {
                 Some(places) => members = in_layout(node, places, layers, &late, report),
                 None => complete = false,
             }
@@ -202,6 +210,19 @@ impl Crew {
             report.add(root.at("robot"), "robot", message);
         }
         let (robots, sources): (Vec<Robot>, Vec<Source>) = members.into_iter().unzip();
+        let arms = robots.iter().filter(|robot| robot.arm.is_some()).count();
+        if ground.surfaces.pieces() + arms > MAX_SHAPES && arms > 0 {
+            let message = format!(
+                "obstacles and arms together have {} pieces, at most {MAX_SHAPES} are allowed",
+                ground.surfaces.pieces() + arms
+            );
+            report.add_hint(
+                root.at("robot"),
+                "robot",
+                message,
+                "every edge of a polygon is a piece, and so is every arm",
+            );
+        }
         unique(&robots, &sources, report);
         Crew { robots, sources, complete }
     }
@@ -211,14 +232,14 @@ impl Crew {
 fn single(
     node: &Node,
     layers: &Layers<'_>,
-    world: Bounds,
+    ground: &Ground<'_>,
     late: &HashSet<&str>,
     report: &mut Report,
 ) -> (Robot, Source) {
     let id = node.text("id").unwrap_or_default();
     let mut goal = node.point("goal_m").unwrap_or(NOWHERE);
     let goal_motion = match node.node("goal_motion") {
-        Some(motion) if goal != NOWHERE => obstacles::motion(motion, goal, world, report),
+        Some(motion) if goal != NOWHERE => obstacles::motion(motion, goal, ground.world, report),
         _ => None,
     };
     if let Some(motion) = &goal_motion {
@@ -231,12 +252,16 @@ fn single(
     let at = |key: &str| (node.key(key), node.at(key));
     let source = Source {
         id: at("id"),
-        start: at("start_m"),
+        start: at(if node.has("start_joints_rad") { "start_joints_rad" } else { "start_m" }),
         goal: at("goal_m"),
         waypoints: at("waypoints_m"),
         late: late.contains(id),
     };
-    (layers.robot(Some(node), place, report), source)
+    let mut robot = layers.robot(Some(node), place, report);
+    if robot.kind == Kind::TwoLinkArm {
+        arm::stand(&mut robot, node, layers.arm, ground.surfaces, report);
+    }
+    (robot, source)
 }
 
 /// The robots of a layout.

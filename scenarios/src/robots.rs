@@ -1,9 +1,10 @@
 //! Robots from their layers: the robot itself, its kind, the defaults, the key table.
 
+use crate::arm;
 use crate::methods::{self, FleetParams};
 use crate::model::{Motion, Restart, Robot};
 use crate::node::{Node, Value};
-use crate::problems::Report;
+use crate::problems::{Origin, Report};
 use crate::table::DEFAULTS;
 use nalgebra::{Point2, Vector2};
 use planners::{Kind, Limits, ParamValues};
@@ -13,6 +14,8 @@ pub(crate) struct Layers<'a> {
     defaults: Option<&'a Node>,
     point: Option<&'a Node>,
     unicycle: Option<&'a Node>,
+    /// The kind of arms.
+    pub(crate) arm: Option<&'a Node>,
     fleet_params: FleetParams,
     /// A method that replaces that of every robot.
     planner: Option<&'a str>,
@@ -42,6 +45,7 @@ impl<'a> Layers<'a> {
             defaults: root.node("defaults"),
             point: kinds.and_then(|kinds| kinds.node("point")),
             unicycle: kinds.and_then(|kinds| kinds.node("unicycle")),
+            arm: kinds.and_then(|kinds| kinds.node("two-link-arm")),
             fleet_params: FleetParams::read(root, report),
             planner,
             tick_hz,
@@ -49,6 +53,7 @@ impl<'a> Layers<'a> {
         layers.check_method(&[layers.defaults], report);
         layers.check_method(&[layers.point, layers.defaults], report);
         layers.check_method(&[layers.unicycle, layers.defaults], report);
+        layers.check_method(&[layers.arm, layers.defaults], report);
         layers
     }
 
@@ -57,17 +62,21 @@ impl<'a> Layers<'a> {
         let mut above = [node, self.defaults].into_iter().flatten();
         let kind = match above.find(|layer| layer.has("kind")).and_then(|layer| layer.text("kind")) {
             Some("unicycle") => Kind::Unicycle,
+            Some("two-link-arm") => Kind::TwoLinkArm,
             _ => Kind::Point,
         };
         let of_kind = match kind {
             Kind::Point => self.point,
             Kind::Unicycle => self.unicycle,
+            Kind::TwoLinkArm => self.arm,
         };
         let layers = [node, of_kind, self.defaults];
-        if node.is_some() {
+        let (planner, params) = self.method(&layers, kind);
+        if let Some(node) = node {
             self.check_method(&layers, report);
+            check_kind(&layers, kind, &planner, (&node.key("planner"), node.origin), report);
+            arm::check_keys(node, kind, report);
         }
-        let (planner, params) = self.method(&layers);
         let body = Body { layers: layers.into_iter().flatten().collect(), table: Node::absent(&DEFAULTS, "defaults") };
         let towards = place.goals.first().map_or(Vector2::zeros(), |goal| goal - place.start);
         let restart = match body.text("restart") {
@@ -87,6 +96,7 @@ impl<'a> Layers<'a> {
                 accel_mps2_max: body.float("accel_mps2_max"),
                 turn_accel_radps2_max: body.float("turn_accel_radps2_max"),
             },
+            arm: None,
             radius_m: body.float("radius_m"),
             start: place.start,
             start_yaw_rad: body.given("start_yaw_rad").unwrap_or_else(|| yaw(towards)),
@@ -104,11 +114,21 @@ impl<'a> Layers<'a> {
         }
     }
 
+    /// Reports a method that cannot drive the robots of a layout.
+    pub(crate) fn check_layout(&self, template: &Robot, node: &Node, report: &mut Report) {
+        let of_kind = if template.kind == Kind::Unicycle { self.unicycle } else { self.point };
+        let place = (node.path.as_str(), node.origin);
+        check_kind(&[of_kind, self.defaults], template.kind, &template.planner, place, report);
+    }
+
     /// The method of a robot with these layers, strongest first, and its parameters. Parameters belong to the method
-    /// that is in force in the layer where they stand; those of other methods do not count.
-    fn method(&self, layers: &[Option<&Node>]) -> (String, ParamValues) {
+    /// that is in force in the layer where they stand; those of other methods do not count. A method that replaces all
+    /// others replaces those of the kinds that it can drive.
+    fn method(&self, layers: &[Option<&Node>], kind: Kind) -> (String, ParamValues) {
         let in_force = in_force(layers);
-        let chosen = self.planner.unwrap_or(in_force.last().map_or("", |(_, method)| method));
+        let replaces =
+            self.planner.filter(|name| planners::find(name).is_none_or(|method| method.kinds.contains(&kind)));
+        let chosen = replaces.unwrap_or(in_force.last().map_or("", |(_, method)| method));
         let mut params = self.fleet_params.of(chosen);
         for (layer, method) in &in_force {
             if let (Some(Value::Params(block)), true) =
@@ -135,6 +155,28 @@ impl<'a> Layers<'a> {
     }
 }
 
+/// Reports a method that cannot drive a robot of this kind, where it is named, else at `place`. An agent of one's own
+/// brings its own method.
+pub(crate) fn check_kind(
+    layers: &[Option<&Node>],
+    kind: Kind,
+    planner: &str,
+    place: (&str, Origin),
+    report: &mut Report,
+) {
+    let mut layers = layers.iter().copied().flatten();
+    let Some(method) = planners::find(planner).filter(|method| !method.kinds.contains(&kind)) else { return };
+    if layers.clone().any(|layer| layer.has("agent")) {
+        return;
+    }
+    let (key, origin) = match layers.find(|layer| layer.has("planner")) {
+        Some(layer) => (layer.key("planner"), layer.at("planner")),
+        None => (place.0.to_string(), place.1),
+    };
+    let message = format!("`{}` cannot drive a {}", method.name, kind.word());
+    report.add_hint(origin, &key, message, methods::for_kind(kind));
+}
+
 /// The layers that are there, weakest first, each with the method in force in it. The first is the key table.
 fn in_force<'a>(layers: &[Option<&'a Node>]) -> Vec<(Option<&'a Node>, &'a str)> {
     let mut method = crate::keys::preset_text(&DEFAULTS, "planner");
@@ -149,14 +191,14 @@ fn in_force<'a>(layers: &[Option<&'a Node>]) -> Vec<(Option<&'a Node>, &'a str)>
 }
 
 /// Values by layer, strongest first.
-struct Body<'a> {
-    layers: Vec<&'a Node>,
-    table: Node,
+pub(crate) struct Body<'a> {
+    pub(crate) layers: Vec<&'a Node>,
+    pub(crate) table: Node,
 }
 
 impl Body<'_> {
     /// The strongest layer that has a key; if none has, the key table.
-    fn layer(&self, key: &str) -> &Node {
+    pub(crate) fn layer(&self, key: &str) -> &Node {
         self.layers.iter().copied().find(|layer| layer.has(key)).unwrap_or(&self.table)
     }
 
@@ -164,7 +206,7 @@ impl Body<'_> {
         self.layer(key).float(key)
     }
 
-    fn float(&self, key: &str) -> f64 {
+    pub(crate) fn float(&self, key: &str) -> f64 {
         self.given(key).unwrap_or_default()
     }
 

@@ -55,13 +55,19 @@ fn object_schema(about: &str, section: &Section, tag: Option<&'static str>) -> V
         })
         .collect();
     let required: Vec<&str> = keys.iter().filter(|key| key.preset == Preset::Required).map(|key| key.name).collect();
-    json!({
+    let mut schema = json!({
         "description": about,
         "type": "object",
         "properties": properties,
         "required": required,
         "additionalProperties": false,
-    })
+    });
+    for key in keys {
+        if let Preset::RequiredUnless(other) = key.preset {
+            schema["anyOf"] = json!([{ "required": [key.name] }, { "required": [other] }]);
+        }
+    }
+    schema
 }
 
 fn key_schema(key: &Key) -> Value {
@@ -84,7 +90,7 @@ fn key_schema(key: &Key) -> Value {
         Preset::Computed(words) => {
             let _ = write!(about, " Default: {words}.");
         }
-        Preset::Required | Preset::Absent => {}
+        Preset::Required | Preset::RequiredUnless(_) | Preset::Absent => {}
     }
     fields.insert("description".to_string(), json!(about));
     schema
@@ -96,19 +102,13 @@ fn type_schema(ty: Type) -> Value {
         Type::Text(max) => json!({ "type": "string", "maxLength": max }),
         Type::Id(max) => json!({ "type": "string", "pattern": format!("^[a-z][a-z0-9_-]{{0,{}}}$", max - 1) }),
         Type::Bool => json!({ "type": "boolean" }),
-        Type::Float(Range { min, min_included, max, infinite }) => {
-            let mut schema = json!({ "type": "number" });
-            schema[if min_included { "minimum" } else { "exclusiveMinimum" }] = json!(min);
-            if !infinite {
-                schema["maximum"] = json!(max);
-            }
-            schema
-        }
+        Type::Float(range) => number(range),
         Type::Int { min, max } => {
             json!({ "type": "integer", "minimum": min as i64, "maximum": u64::try_from(max).unwrap_or(u64::MAX) })
         }
         Type::Choice(words) => json!({ "enum": words }),
         Type::Pair | Type::Interval => point(),
+        Type::Joints(range) => json!({ "type": "array", "items": number(range), "minItems": 2, "maxItems": 2 }),
         Type::Pairs { min, max } => json!({ "type": "array", "items": point(), "minItems": min, "maxItems": max }),
         Type::AllOrCount => json!({ "anyOf": [{ "const": "all" }, { "type": "integer", "minimum": 0 }] }),
         Type::Planner => json!({ "enum": METHODS.iter().map(|method| method.name).collect::<Vec<_>>() }),
@@ -126,6 +126,15 @@ fn type_schema(ty: Type) -> Value {
         Type::Table(section) => reference(name(section)),
         Type::Tables(section, max) => json!({ "type": "array", "items": reference(name(section)), "maxItems": max }),
     }
+}
+
+fn number(Range { min, min_included, max, infinite }: Range) -> Value {
+    let mut schema = json!({ "type": "number" });
+    schema[if min_included { "minimum" } else { "exclusiveMinimum" }] = json!(min);
+    if !infinite {
+        schema["maximum"] = json!(max);
+    }
+    schema
 }
 
 fn reference(definition: &str) -> Value {
@@ -215,6 +224,7 @@ fn key_help(key: &Key) -> String {
     let mut text = describe_type(key.ty);
     match key.ty {
         Type::Float(range) => text = format!("{text} {}", describe_range(range)),
+        Type::Joints(range) => text = format!("{text}, each {}", describe_range(range)),
         Type::Int { min, max } => text = format!("{text} {min} to {max}"),
         _ => {}
     }
@@ -223,6 +233,9 @@ fn key_help(key: &Key) -> String {
     }
     match key.preset {
         Preset::Required => text.push_str("; required"),
+        Preset::RequiredUnless(other) => {
+            let _ = write!(text, "; required unless {other} is given");
+        }
         Preset::Absent => {}
         Preset::Value(value) => {
             let _ = write!(text, "; default {value}");

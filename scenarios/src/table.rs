@@ -125,18 +125,24 @@ static RADIO: Section = Section {
     ]],
 };
 
+/// Starts or goals of a layout.
+const PLACES: Type = Pairs { min: 1, max: MAX_ROBOTS };
 const DELAY: Type = Int { min: 0, max: Radio::DELAY_TICKS_MAX as i128 };
-const KIND: Type = Choice(&["point", "unicycle"]);
+const KIND: Type = Choice(&["point", "unicycle", "two-link-arm"]);
 
 pub(crate) static DEFAULTS: Section = Section {
     title: "[defaults]",
     help: "What holds for every robot that does not say otherwise.",
     tag: None,
-    groups: &[&[KIND_KEY], BODY],
+    groups: &[&[KIND_KEY], MOBILE, BODY],
 };
 
-const KIND_KEY: Key =
-    preset("kind", KIND, "\"point\"", "How it moves: any velocity in the plane, or forward speed and turn rate.");
+const KIND_KEY: Key = preset(
+    "kind",
+    KIND,
+    "\"point\"",
+    "How it moves: any velocity in the plane, forward speed and turn rate, or a fixed arm with the rates of two joints.",
+);
 
 static KINDS: Section = Section {
     title: "[kinds]",
@@ -145,45 +151,106 @@ static KINDS: Section = Section {
     groups: &[&[
         optional("point", Table(&KINDS_POINT), "What holds for every point robot."),
         optional("unicycle", Table(&KINDS_UNICYCLE), "What holds for every unicycle."),
+        optional("two-link-arm", Table(&KINDS_ARM), "What holds for every arm."),
     ]],
 };
 
 static KINDS_POINT: Section =
-    Section { title: "[kinds.point]", help: "What holds for every point robot.", tag: None, groups: &[BODY] };
+    Section { title: "[kinds.point]", help: "What holds for every point robot.", tag: None, groups: &[MOBILE, BODY] };
 static KINDS_UNICYCLE: Section =
-    Section { title: "[kinds.unicycle]", help: "What holds for every unicycle.", tag: None, groups: &[BODY] };
+    Section { title: "[kinds.unicycle]", help: "What holds for every unicycle.", tag: None, groups: &[MOBILE, BODY] };
+pub(crate) static KINDS_ARM: Section =
+    Section { title: "[kinds.two-link-arm]", help: "What holds for every arm.", tag: None, groups: &[BODY, ARM] };
 
-static ROBOT: Section = Section {
+pub(crate) static ROBOT: Section = Section {
     title: "[[robot]]",
     help: "One robot. What it does not say comes from `[kinds]`, then `[defaults]`, then the values here.",
     tag: None,
     groups: &[
         &[
             required("id", Id(32), "Its name."),
-            required("start_m", Pair, "Where it starts."),
-            required("goal_m", Pair, "Its last goal."),
+            Key {
+                preset: Preset::RequiredUnless("start_joints_rad"),
+                ..optional("start_m", Pair, "Where it starts; of an arm, its tip.")
+            },
+            required("goal_m", Pair, "Its last goal; of an arm, for its tip."),
             preset("waypoints_m", Pairs { min: 0, max: MAX_GOALS - 1 }, "[]", "Goals before the last one, in order."),
             optional("goal_motion", Table(&MOTION), "How its last goal moves."),
             KIND_KEY,
         ],
+        MOBILE,
         BODY,
+        PLACED_ARM,
+        ARM,
     ],
 };
 
+/// What robots that drive about, kinds and defaults can say.
+pub(crate) const MOBILE: &[Key] = &[
+    computed("start_yaw_rad", Float(ANY), "towards its first goal", "Its heading at the start; not of an arm."),
+    preset("radius_m", Float(POSITIVE), "0.2", "Body radius; not of an arm."),
+    preset("reverse_mps_max", Float(NOT_NEGATIVE), "0", "Greatest reverse speed of a unicycle; 0: it cannot reverse."),
+    preset("accel_mps2_max", Float(UNLIMITED), "inf", "Greatest change of speed (unicycle) or velocity (point)."),
+];
+
+/// What only an arm can say that stands somewhere.
+pub(crate) const PLACED_ARM: &[Key] = &[
+    optional("base_m", Pair, "Where an arm is fixed; every arm needs it."),
+    optional(
+        "start_joints_rad",
+        Joints(ANY),
+        "Joints of an arm at the start, instead of start_m; the second from the first link.",
+    ),
+    computed(
+        "elbow",
+        Choice(&["up", "down"]),
+        "up if that pose is possible and free, else down",
+        "Which way an arm holds its tip at start_m: up is with the second joint below 0.",
+    ),
+];
+
+/// What arms and their kind can say.
+pub(crate) const ARM: &[Key] = &[
+    optional(
+        "links_m",
+        Joints(POSITIVE),
+        "Lengths of the links of an arm, the one at the base first; every arm needs them.",
+    ),
+    preset("link_radius_m", Float(NOT_NEGATIVE), "0.05", "Half the thickness of the links of an arm."),
+    preset(
+        "joint_min_rad",
+        Joints(ANY),
+        "[0, -1.5707963267948966]",
+        "Smallest joint angles of an arm: of the first from +x, of the second from the first link, counter-clockwise.",
+    ),
+    preset(
+        "joint_max_rad",
+        Joints(ANY),
+        "[6.283185307179586, 1.5707963267948966]",
+        "Greatest joint angles of an arm. Joints stop there; a full turn does not join its ends.",
+    ),
+];
+
 /// What robots, kinds and defaults can say.
 const BODY: &[Key] = &[
-    computed("start_yaw_rad", Float(ANY), "towards its first goal", "Its heading at the start."),
-    preset("radius_m", Float(POSITIVE), "0.2", "Body radius."),
-    preset("speed_mps_max", Float(POSITIVE), "1", "Greatest speed."),
-    preset("reverse_mps_max", Float(NOT_NEGATIVE), "0", "Greatest reverse speed of a unicycle; 0: it cannot reverse."),
-    preset("turn_radps_max", Float(POSITIVE), "3", "Greatest turn rate of a unicycle."),
-    preset("accel_mps2_max", Float(UNLIMITED), "inf", "Greatest change of speed (unicycle) or velocity (point)."),
-    preset("turn_accel_radps2_max", Float(UNLIMITED), "inf", "Greatest change of turn rate of a unicycle."),
+    preset("speed_mps_max", Float(POSITIVE), "1", "Greatest speed; of an arm, that of its tip."),
+    preset("turn_radps_max", Float(POSITIVE), "3", "Greatest turn rate of a unicycle, and of each joint of an arm."),
+    preset(
+        "turn_accel_radps2_max",
+        Float(UNLIMITED),
+        "inf",
+        "Greatest change of turn rate of a unicycle, and of each joint rate of an arm.",
+    ),
     preset("goal_tolerance_m", Float(POSITIVE), "0.1", "A goal counts as reached within this distance."),
     preset("planner", Planner, "\"decentralized-apf\"", "Its method."),
     optional("params", Params, "Parameters of its method; stronger than `[planners]`."),
-    preset("sensor_range_m", Float(POSITIVE), "5", "How far its sensors see, from its centre to a surface."),
-    preset("radio_range_m", Float(POSITIVE), "10", "How far its radio hears, centre to centre."),
+    preset(
+        "sensor_range_m",
+        Float(POSITIVE),
+        "5",
+        "How far its sensors see, from its centre (of an arm, its tip) to a surface.",
+    ),
+    preset("radio_range_m", Float(POSITIVE), "10", "How far its radio hears, centre to centre (of an arm, its tip)."),
     preset(
         "radio_hysteresis_m",
         Float(NOT_NEGATIVE),
@@ -242,8 +309,8 @@ static LAYOUT: Section = Section {
     groups: &[&[
         required(
             "kind",
-            Choice(&["circle-swap", "ring", "grid", "line", "random"]),
-            "Across a circle, round a circle, a block that moves, two facing lines that swap, or anywhere.",
+            Choice(&["circle-swap", "ring", "grid", "line", "random", "list"]),
+            "Across a circle, round a circle, a block that moves, two facing lines that swap, anywhere, or as listed.",
         ),
         required("robots", Int { min: 1, max: MAX_ROBOTS as i128 }, "How many."),
         preset("id_prefix", Id(24), "\"r\"", "Ids are r00, r01 and so on."),
@@ -273,6 +340,8 @@ static LAYOUT: Section = Section {
         .only(&["random"]),
         preset("goal_distance_m_min", Float(NOT_NEGATIVE), "0", "Least distance from a robot's start to its goal.")
             .only(&["random"]),
+        required("starts_m", PLACES, "Where robots start, in order; the first so many are taken.").only(&["list"]),
+        required("goals_m", PLACES, "Where they go, in the same order.").only(&["list"]),
         computed("x_m", Interval, "the world's", "Starts and goals lie within these x.").only(&["random"]),
         computed("y_m", Interval, "the world's", "Starts and goals lie within these y.").only(&["random"]),
         preset("jitter_m", Float(NOT_NEGATIVE), "0", "Starts are moved by up to this much, by the seed.").only(&[
@@ -280,6 +349,7 @@ static LAYOUT: Section = Section {
             "ring",
             "grid",
             "line",
+            "list",
         ]),
     ]],
 };

@@ -70,7 +70,7 @@ impl Stage<'_> {
         {
             let robot = &self.robots[robot];
             let what = format!("the task of `{}`", robot.id);
-            self.ground.place(goal, robot.radius_m, false, &what, &node.key("goal_m"), node.at("goal_m"), report);
+            self.ground.goal(robot, goal, &what, &node.key("goal_m"), node.at("goal_m"), report);
         }
         let what = match node.tag? {
             "join" => What::Join { robot: robot? },

@@ -2,7 +2,7 @@
 //! known keys with values of the right type; what depends on more than one value is checked later.
 
 use crate::document::{Raw, RawTable, RawValue, show};
-use crate::keys::{Key, LARGE, Preset, Range, Section, Type};
+use crate::keys::{ANY, Key, LARGE, Preset, Range, Section, Type};
 use crate::node::{Block, Node, Value, join};
 use crate::problems::{Origin, Report, known, nearest};
 use crate::table::ROOT;
@@ -28,8 +28,14 @@ fn node(section: &'static Section, path: String, origin: Origin, table: RawTable
         }
     }
     if !matches!(tag, Tag::Wrong) {
-        for key in section.keys().filter(|key| key.preset == Preset::Required && key.goes_with(tag.word())) {
-            if section.tag != Some(key.name) && !entries.iter().any(|(name, ..)| *name == key.name) {
+        let given = |key: &str| entries.iter().any(|(name, ..)| *name == key);
+        for key in section.keys().filter(|key| key.goes_with(tag.word())) {
+            let needed = match key.preset {
+                Preset::Required => true,
+                Preset::RequiredUnless(other) => !given(other),
+                Preset::Absent | Preset::Value(_) | Preset::Computed(_) => false,
+            };
+            if needed && section.tag != Some(key.name) && !given(key.name) {
                 let what = if path.is_empty() { section.title } else { &path };
                 let message = format!("needs `{}`", key.name);
                 report.add_hint(origin, what, message, format!("{}: {}", key.name, describe_key(key)));
@@ -139,8 +145,11 @@ fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Valu
                 Value::Wrong
             }
         },
-        (Type::Pair, RawValue::List(list)) => pair(list, &path, origin, report).map_or(Value::Wrong, Value::Pair),
-        (Type::Interval, RawValue::List(list)) => match pair(list, &path, origin, report) {
+        (Type::Pair, RawValue::List(list)) => pair(list, ANY, &path, origin, report).map_or(Value::Wrong, Value::Pair),
+        (Type::Joints(range), RawValue::List(list)) => {
+            pair(list, range, &path, origin, report).map_or(Value::Wrong, Value::Pair)
+        }
+        (Type::Interval, RawValue::List(list)) => match pair(list, ANY, &path, origin, report) {
             Some([low, high]) if low < high => Value::Pair([low, high]),
             Some([low, high]) => {
                 report.add(origin, &path, format!("the first must be below the second, is [{low}, {high}]"));
@@ -234,7 +243,7 @@ fn pairs(list: Vec<Raw>, path: &str, report: &mut Report) -> Option<Vec<[f64; 2]
     for (index, item) in list.into_iter().enumerate() {
         let path = format!("{path}[{index}]");
         let point = match item.value {
-            RawValue::List(list) => pair(list, &path, item.origin, report),
+            RawValue::List(list) => pair(list, ANY, &path, item.origin, report),
             other => {
                 report.add(item.origin, &path, format!("expected [x, y], found {}", other.describe()));
                 None
@@ -248,7 +257,7 @@ fn pairs(list: Vec<Raw>, path: &str, report: &mut Report) -> Option<Vec<[f64; 2]
     points
 }
 
-fn pair(list: Vec<Raw>, path: &str, origin: Origin, report: &mut Report) -> Option<[f64; 2]> {
+fn pair(list: Vec<Raw>, range: Range, path: &str, origin: Origin, report: &mut Report) -> Option<[f64; 2]> {
     let [x, y] = match <[Raw; 2]>::try_from(list) {
         Ok(pair) => pair,
         Err(list) => {
@@ -269,7 +278,7 @@ fn pair(list: Vec<Raw>, path: &str, origin: Origin, report: &mut Report) -> Opti
                 return None;
             }
         };
-        match float(crate::keys::ANY, number, &format!("{path}[{index}]"), raw.origin, report) {
+        match float(range, number, &format!("{path}[{index}]"), raw.origin, report) {
             Value::Float(number) => Some(number),
             _ => None,
         }
@@ -316,6 +325,7 @@ pub(crate) fn describe_type(ty: Type) -> String {
         Type::Int { .. } => "a whole number".to_string(),
         Type::Choice(words) => format!("one of {}", words.join(", ")),
         Type::Pair => "[x, y]".to_string(),
+        Type::Joints(_) => "[first, second]".to_string(),
         Type::Pairs { .. } => "a list of points [[x, y], ...]".to_string(),
         Type::Interval => "[low, high]".to_string(),
         Type::AllOrCount => "\"all\" or a whole number".to_string(),

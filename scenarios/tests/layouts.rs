@@ -94,7 +94,28 @@ fn shapes_of_the_patterns() {
             show("kind = \"grid\"\nrobots = 5\noffset_m = [10, 0]\nspacing_m = 1\ncenter_m = [-5, 0]"),
             show("kind = \"grid\"\nrobots = 2\noffset_m = [10, 0]\ncolumns = 4"),
             show("kind = \"line\"\nrobots = 5\ngap_m = 8\nspacing_m = 2"),
+            show(
+                "kind = \"list\"\nrobots = 2\nstarts_m = [[0, 1], [2, 3], [4, 5]]\ngoals_m = [[6, 7], [8, 9], [1, 1]]"
+            ),
         ]
         .join("\n")
     );
+}
+
+#[test]
+fn a_list_is_as_long_as_it_is() {
+    let problem = |lines: &str| {
+        let text = format!("[layout]\nkind = \"list\"\n{lines}\n");
+        parse("list.toml", &text, &Overrides::default()).expect_err(lines).to_string()
+    };
+    let places = "starts_m = [[0, 1], [2, 3]]\ngoals_m = [[3, 2], [1, 0]]";
+    let too_many = problem(&format!("robots = 3\n{places}"));
+    assert!(too_many.contains("layout.robots: 3 robots, but only 2 are listed"), "{too_many}");
+    assert!(too_many.contains("at most 2 robots"), "{too_many}");
+    let uneven = problem("robots = 1\nstarts_m = [[0, 1], [2, 3]]\ngoals_m = [[3, 2]]");
+    assert!(uneven.contains("layout.goals_m: 1 goals for 2 starts"), "{uneven}");
+    let missing = problem("robots = 1\nstarts_m = [[0, 1]]");
+    assert!(missing.contains("goals_m"), "{missing}");
+    let foreign = problem(&format!("robots = 1\ncenter_m = [0, 0]\n{places}"));
+    assert!(foreign.contains("center_m"), "{foreign}");
 }

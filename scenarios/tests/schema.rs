@@ -11,7 +11,7 @@ fn schema_of_the_format() {
     let names: Vec<&str> = METHODS.iter().map(|method| method.name).collect();
     assert_eq!(schema["$defs"]["defaults"]["properties"]["planner"]["enum"], json!(names));
     schema["$defs"].as_object_mut().unwrap().retain(|name, _| !name.starts_with("params."));
-    for section in ["defaults", "kinds.point", "kinds.unicycle", "robot"] {
+    for section in ["defaults", "kinds.point", "kinds.unicycle", "kinds.two-link-arm", "robot"] {
         let properties = &mut schema["$defs"][section]["properties"];
         properties["planner"]["enum"] = json!(["every method"]);
         properties["params"]["anyOf"] = json!(["the parameters of every method"]);

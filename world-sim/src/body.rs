@@ -46,9 +46,14 @@ impl Body {
         }
     }
 
-    /// Its body is seen by sensors, because nobody hears it.
+    /// Its body is seen by sensors: because nobody hears it, or because it is an arm, of which only the tip is heard.
     pub(crate) fn is_seen(&self) -> bool {
-        self.in_world && !self.on_radio
+        self.in_world && (!self.on_radio || self.is_arm())
+    }
+
+    /// Its body is not a disc but two links; its pose is that of its tip.
+    pub(crate) fn is_arm(&self) -> bool {
+        self.kind == Kind::TwoLinkArm
     }
 
     /// How far it drove in this tick, m.

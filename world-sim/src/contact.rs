@@ -1,13 +1,17 @@
 //! Contacts and clearances, swept: between two ticks every centre moves straight and evenly (the chord of a unicycle's
-//! arc), so the closest approach within a tick is exact and nothing passes through unseen.
+//! arc), so the closest approach within a tick is exact and nothing passes through unseen. The links of arms turn; how
+//! exact their sweeps are is said in `links`.
 //!
 //! A contact is one entry into overlap. A straight sweep cannot leave a convex body and come back within a tick, and
 //! a tick starts where the last one ended, so "overlap now, none when the tick opened" counts every entry once, without
-//! a memory of who overlaps whom.
+//! a memory of who overlaps whom. An arm is in contact with a robot or an obstacle when one of its links is; its links
+//! may touch each other.
 
+use crate::arm::{self, Arm};
 use crate::body::Body;
 use crate::grid::{Aabb, Grid};
-use crate::shapes::Shapes;
+use crate::links::{self, Parts};
+use crate::shapes::{Approach, Shapes};
 use nalgebra::Vector2;
 
 /// Bodies count as overlapping when they overlap by more than this, m: robots that are placed or come to rest exactly
@@ -50,21 +54,29 @@ impl Contacts {
     }
 
     /// Bodies that are new to the world may stand in others.
-    pub(crate) fn enter(&mut self, entered: &[usize], bodies: &[Body], shapes: &Shapes) {
+    pub(crate) fn enter(&mut self, entered: &[usize], bodies: &[Body], arms: &[Arm], shapes: &Shapes) {
         self.found.clear();
         for &slot in entered {
             let body = &bodies[slot];
             let here = body.pose.position;
+            let arm = arm::of_slot(arms, slot);
             for (other_slot, other) in bodies.iter().enumerate().filter(|(other, body)| *other != slot && body.in_world)
             {
-                let gap = (other.pose.position - here).norm() - body.radius_m - other.radius_m;
+                let gap = if body.is_arm() || other.is_arm() {
+                    Parts::of(body, arms).approach(&Parts::of(other, arms), f64::NEG_INFINITY).at_first
+                } else {
+                    (other.pose.position - here).norm() - body.radius_m - other.radius_m
+                };
                 // Of two newcomers the later one finds the pair.
                 if gap < -OVERLAP_M_MIN && !(other_slot > slot && entered.contains(&other_slot)) {
                     self.found.push(Contact::Robots(slot.min(other_slot), slot.max(other_slot)));
                 }
             }
             for (index, obstacle) in shapes.obstacles.iter().enumerate() {
-                let approach = shapes.approach(obstacle, [here, here], body.radius_m, 0.0);
+                let approach = match arm {
+                    Some(arm) => Some(links::approach_obstacle(arm, shapes, obstacle, f64::NEG_INFINITY)),
+                    None => shapes.approach(obstacle, [here, here], body.radius_m, 0.0),
+                };
                 if approach.is_some_and(|approach| approach.least < -OVERLAP_M_MIN) {
                     self.found.push(Contact::Obstacle(slot, index));
                 }
@@ -77,16 +89,17 @@ impl Contacts {
     ///
     /// The smallest clearance only falls, so only pairs that can come nearer than it (or into contact) matter. While
     /// there has been no pair it is infinite, and so is the reach.
-    pub(crate) fn sweep(&mut self, bodies: &[Body], shapes: &Shapes, grid: &Grid) {
+    pub(crate) fn sweep(&mut self, bodies: &[Body], arms: &[Arm], shapes: &Shapes, grid: &Grid) {
         self.found.clear();
-        let in_world = || bodies.iter().filter(|body| body.in_world);
-        let radius_max = in_world().fold(0.0, |most: f64, body| most.max(body.radius_m));
-        let driven_max = in_world().fold(0.0, |most: f64, body| most.max(body.driven_m()));
-        for body in in_world() {
+        let discs = || bodies.iter().filter(|body| body.in_world && !body.is_arm());
+        let radius_max = discs().fold(0.0, |most: f64, body| most.max(body.radius_m));
+        let driven_max = discs().fold(0.0, |most: f64, body| most.max(body.driven_m()));
+        for body in discs() {
             let reach = body.radius_m + radius_max + self.clearance_m.max(0.0) + body.driven_m() + driven_max;
             grid.visit(Aabb::around([body.from]).grown(reach), |item| {
-                if item.slot > body.seat.slot {
-                    self.sweep_pair(body, &bodies[item.slot as usize]);
+                let other = &bodies[item.slot as usize];
+                if item.slot > body.seat.slot && !other.is_arm() {
+                    self.sweep_pair(body, other);
                 }
             });
         }
@@ -94,16 +107,59 @@ impl Contacts {
             let reach = radius_max + self.obstacle_clearance_m.max(0.0) + driven_max + obstacle.driven_m();
             grid.visit(shapes.bounds(obstacle).grown(reach), |item| {
                 let body = &bodies[item.slot as usize];
+                if body.is_arm() {
+                    return;
+                }
                 let reach = self.obstacle_clearance_m.max(0.0);
                 let path = [body.from, body.pose.position];
                 let Some(approach) = shapes.approach(obstacle, path, body.radius_m, reach) else { return };
-                self.obstacle_clearance_m = self.obstacle_clearance_m.min(approach.least);
-                if approach.least < -OVERLAP_M_MIN && approach.at_first >= -OVERLAP_M_MIN {
-                    self.found.push(Contact::Obstacle(item.slot as usize, index));
-                }
+                self.judge(Contact::Obstacle(item.slot as usize, index), approach);
             });
         }
+        for (index, arm) in arms.iter().enumerate().filter(|(_, arm)| bodies[arm.slot].in_world) {
+            let parts = Parts::of(&bodies[arm.slot], arms);
+            let reach = arm.reach_m() + radius_max + self.clearance_m.max(0.0) + driven_max;
+            grid.visit(Aabb::around([arm.base()]).grown(reach), |item| {
+                let other = &bodies[item.slot as usize];
+                if !other.is_arm() {
+                    self.sweep_parts(arm.slot, &parts, other, arms);
+                }
+            });
+            for other in arms[index + 1..].iter().filter(|other| bodies[other.slot].in_world) {
+                let near = arm.reach_m() + other.reach_m() + self.clearance_m.max(0.0);
+                if (other.base() - arm.base()).norm_squared() <= near * near {
+                    self.sweep_parts(arm.slot, &parts, &bodies[other.slot], arms);
+                }
+            }
+            for (index, obstacle) in shapes.obstacles.iter().enumerate() {
+                let reach = self.obstacle_clearance_m.max(0.0);
+                let near = arm.reach_m() + reach + obstacle.driven_m();
+                if shapes.bounds(obstacle).grown(near).contains(arm.base()) {
+                    let approach = links::approach_obstacle(arm, shapes, obstacle, reach);
+                    self.judge(Contact::Obstacle(arm.slot, index), approach);
+                }
+            }
+        }
         self.count();
+    }
+
+    /// An arm and another robot.
+    fn sweep_parts(&mut self, slot: usize, parts: &Parts<'_>, other: &Body, arms: &[Arm]) {
+        let other_slot = other.seat.slot as usize;
+        let approach = parts.approach(&Parts::of(other, arms), self.clearance_m.max(0.0));
+        self.judge(Contact::Robots(slot.min(other_slot), slot.max(other_slot)), approach);
+    }
+
+    /// How near two bodies came, and whether they began to overlap.
+    fn judge(&mut self, contact: Contact, approach: Approach) {
+        let least = match contact {
+            Contact::Robots(..) => &mut self.clearance_m,
+            Contact::Obstacle(..) => &mut self.obstacle_clearance_m,
+        };
+        *least = least.min(approach.least);
+        if approach.least < -OVERLAP_M_MIN && approach.at_first >= -OVERLAP_M_MIN {
+            self.found.push(contact);
+        }
     }
 
     fn sweep_pair(&mut self, a: &Body, b: &Body) {
@@ -113,11 +169,8 @@ impl Contacts {
         if before.norm_squared() > near * near {
             return;
         }
-        let least = swept(before, after) - radii;
-        self.clearance_m = self.clearance_m.min(least);
-        if least < -OVERLAP_M_MIN && before.norm() - radii >= -OVERLAP_M_MIN {
-            self.found.push(Contact::Robots(a.seat.slot as usize, b.seat.slot as usize));
-        }
+        let approach = Approach { at_first: before.norm() - radii, least: swept(before, after) - radii };
+        self.judge(Contact::Robots(a.seat.slot as usize, b.seat.slot as usize), approach);
     }
 
     fn count(&mut self) {

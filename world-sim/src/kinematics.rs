@@ -15,7 +15,7 @@ pub(crate) struct Pose {
     pub(crate) velocity: Vector2<f64>,
     /// Forward speed of a unicycle, m/s, negative in reverse.
     pub(crate) speed_mps: f64,
-    /// Turn rate of a unicycle, rad/s.
+    /// Turn rate of a unicycle, or of the last link of an arm, rad/s.
     pub(crate) turn_radps: f64,
 }
 
@@ -39,6 +39,7 @@ impl Pose {
                 self.turn_radps = towards(self.turn_radps, turn_radps, limits.turn_accel_radps2_max * dt_s);
                 self.roll(dt_s);
             }
+            Drive::Joints { .. } => {} // moves an arm, which has the pose of its tip from its joints
         }
     }
 
@@ -66,8 +67,12 @@ impl Pose {
 
 /// Whether a body of this kind can follow the drive: the right form, and finite.
 pub(crate) fn fits(kind: Kind, drive: &Drive) -> bool {
-    let form = matches!((kind, drive), (Kind::Point, Drive::Velocity(_)) | (Kind::Unicycle, Drive::Twist { .. }));
-    form && drive.is_finite()
+    let form = match drive {
+        Drive::Velocity(_) => Kind::Point,
+        Drive::Twist { .. } => Kind::Unicycle,
+        Drive::Joints { .. } => Kind::TwoLinkArm,
+    };
+    form == kind && drive.is_finite()
 }
 
 /// sin h / h. The two terms of the series are exact to rounding where they are used.
@@ -75,7 +80,8 @@ fn sinc(h: f64) -> f64 {
     if h.abs() < 1e-4 { 1.0 - h * h / 6.0 } else { h.sin() / h }
 }
 
-fn towards(from: f64, to: f64, change_max: f64) -> f64 {
+/// A value on its way to another, changed by no more than this.
+pub(crate) fn towards(from: f64, to: f64, change_max: f64) -> f64 {
     if (to - from).abs() <= change_max { to } else { from + change_max.copysign(to - from) }
 }
 

@@ -8,17 +8,20 @@
 //! ```text
 //! world       the tick                    presence    who takes part, and since when
 //! kinematics  how robots move             motion      how obstacles and goals move
+//! arm         joints and links            links       how near links come to what
 //! shapes      obstacles where they are    grid        who is near whom
 //! ranges      who hears and sees what     contact     swept clearances
 //! referee     goals, arrival, path        smoothness  jerk
 //! shortest    the path one could take     journal     log and notices
 //! ```
 
+mod arm;
 mod body;
 mod contact;
 mod grid;
 mod journal;
 mod kinematics;
+mod links;
 mod motion;
 mod presence;
 mod ranges;

@@ -2,10 +2,15 @@
 //!
 //! Both lists are made sender by sender and piece by piece, in the order of their indices: each is appended to the lists
 //! of those that it reaches, which come out sorted without sorting.
+//!
+//! A robot on the radio is heard and not seen, one that is silent is seen. Of an arm only the tip is heard, so its links
+//! are seen at any time, by all but itself. An arm hears and sees from where its tip is.
 
+use crate::arm::Arm;
 use crate::body::Body;
 use crate::grid::{Aabb, Grid};
 use crate::shapes::{Placed, Shapes};
+use planners::Capsule;
 use protocol::world_to_robot::NeighborRef;
 
 /// The lists of every slot.
@@ -69,7 +74,7 @@ impl Ranges {
     }
 
     /// Both lists of everyone that takes part, for the bodies in the grid; all others hear and see nothing.
-    pub(crate) fn update(&mut self, bodies: &[Body], shapes: &Shapes, grid: &Grid) {
+    pub(crate) fn update(&mut self, bodies: &[Body], arms: &[Arm], shapes: &Shapes, grid: &Grid) {
         self.heard.begin(bodies.len());
         self.sensed.begin(bodies.len());
         self.cursors.clear();
@@ -82,12 +87,23 @@ impl Ranges {
         for obstacle in &shapes.obstacles {
             self.show_obstacle(obstacle, shapes, grid, sensor_max);
         }
+        let mut arms = arms.iter().peekable();
+        let mut piece = shapes.len();
         for sender in bodies {
             if sender.on_radio {
                 self.send(sender, grid, radio_max);
-            } else if sender.in_world {
-                self.show_body(sender, shapes.len(), grid, sensor_max);
             }
+            let arm = arms.next_if(|arm| arm.slot == sender.seat.slot as usize);
+            match arm {
+                Some(arm) if sender.in_world => {
+                    for (index, link) in (piece..).zip(arm.links()) {
+                        self.show_link(arm.slot, index, &link, grid, sensor_max);
+                    }
+                }
+                None if sender.is_seen() => self.show_body(sender, piece, grid, sensor_max),
+                _ => {}
+            }
+            piece += if arm.is_some() { 2 } else { 1 };
         }
         self.heard.finish();
         self.sensed.finish();
@@ -130,13 +146,22 @@ impl Ranges {
     }
 
     /// Puts the body of a robot that nobody hears on the lists of those that see it.
-    fn show_body(&mut self, body: &Body, shape_pieces: usize, grid: &Grid, sensor_max: f64) {
+    fn show_body(&mut self, body: &Body, index: usize, grid: &Grid, sensor_max: f64) {
         let here = body.pose.position;
-        let index = shape_pieces + body.seat.slot as usize;
         grid.visit(Aabb::around([here]).grown(sensor_max + body.radius_m), |item| {
             let distance = (item.position - here).norm() - body.radius_m;
             if distance <= self.receivers[item.slot as usize].sensor && item.slot != body.seat.slot {
                 self.sensed.now[item.slot as usize].push(index as u16);
+            }
+        });
+    }
+
+    /// Puts a link of an arm on the lists of those others that see it.
+    fn show_link(&mut self, slot: usize, index: usize, link: &Capsule, grid: &Grid, sensor_max: f64) {
+        grid.visit(Aabb::around([link.a, link.b]).grown(sensor_max + link.radius), |item| {
+            let receiver = item.slot as usize;
+            if receiver != slot && link.distance(item.position) <= self.receivers[receiver].sensor {
+                self.sensed.now[receiver].push(index as u16);
             }
         });
     }

@@ -1,6 +1,7 @@
 //! The obstacles, where they are.
 
 use crate::grid::Aabb;
+use crate::links::Moving;
 use crate::motion::Mover;
 use nalgebra::{Point2, Vector2};
 use planners::Capsule;
@@ -36,7 +37,7 @@ pub(crate) struct Shapes {
     owners: Vec<u32>,
 }
 
-/// How near a disc came to an obstacle in a tick, surface to surface, m; negative in overlap.
+/// How near a body came to another in a tick, surface to surface, m; negative in overlap.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Approach {
     /// When the tick opened.
@@ -113,6 +114,21 @@ impl Shapes {
         obstacle.bounds.moved(obstacle.offset_before)
     }
 
+    /// The pieces of an obstacle on their way through this tick.
+    pub(crate) fn ways(&self, obstacle: &Placed) -> impl Iterator<Item = Moving<'static>> + use<'_> {
+        let (before, now) = (obstacle.offset_before, obstacle.offset);
+        let pieces = self.base[obstacle.pieces.clone()].iter();
+        pieces.map(move |piece| Moving::Straight { from: piece.moved(before), to: piece.moved(now) })
+    }
+
+    /// From the core of a body to the nearest edge of an obstacle, both without offset, m.
+    pub(crate) fn edge_distance(&self, obstacle: &Placed, body: &Capsule) -> f64 {
+        let pieces = self.base[obstacle.pieces.clone()].iter();
+        pieces
+            .map(|piece| segment_distance(body.a, body.b, piece.a, piece.b) - piece.radius)
+            .fold(f64::INFINITY, f64::min)
+    }
+
     /// From a point to the surface of a piece of an obstacle where it is now, m.
     pub(crate) fn distance(&self, obstacle: &Placed, piece: usize, p: Point2<f64>) -> f64 {
         self.base[piece].distance(p - obstacle.offset)
@@ -182,7 +198,8 @@ impl Placed {
         (self.offset - self.offset_before).norm()
     }
 
-    fn inside(&self, p: Point2<f64>) -> bool {
+    /// Whether a point, without the offset, is inside its polygon.
+    pub(crate) fn inside(&self, p: Point2<f64>) -> bool {
         self.polygon.as_ref().is_some_and(|polygon| self.bounds.contains(p) && polygon.contains(p))
     }
 }

@@ -4,6 +4,7 @@
 mod outcome;
 mod views;
 
+use crate::arm::{self, Arm};
 use crate::body::Body;
 use crate::contact::{Contact, Contacts};
 use crate::grid::Grid;
@@ -42,6 +43,8 @@ pub struct World {
     presences: Vec<Presence>,
     referees: Vec<Option<Referee>>,
     bodies: Vec<Body>,
+    /// The arms among them.
+    arms: Vec<Arm>,
     /// Odometry flags as last shown.
     shown: Vec<u32>,
     /// Robots whose bad command has been logged.
@@ -96,6 +99,7 @@ impl World {
             presences: Vec::new(),
             referees: Vec::new(),
             bodies: Vec::new(),
+            arms: Vec::new(),
             shown: Vec::new(),
             scolded: Vec::new(),
             shapes: Shapes::new(&scenario.obstacles, clock.seed),
@@ -132,6 +136,11 @@ impl World {
         let mut referee = Referee::new(slot, robot, self.clock.seed, self.clock.dt_s());
         referee.move_goal(self.time_s());
         self.bodies[slot] = Body::new(slot, robot);
+        if let Some(setup) = &robot.arm {
+            let arm = Arm::new(slot, slot + self.arms.len(), setup);
+            self.bodies[slot].pose = arm.pose();
+            self.arms.push(arm);
+        }
         self.presences[slot] = Presence::awaited(slot, at, robot.restart);
         self.referees[slot] = Some(referee);
         self.robots[slot] = Some(robot.clone());
@@ -230,11 +239,13 @@ impl World {
 
     fn admit(&mut self, slot: usize, robot: &Robot) {
         let vacant = self.presences.get(slot).is_none_or(|presence| presence.state == State::Vacant);
-        if slot < self.slots_max && vacant {
-            self.seat(slot, robot, self.tick + 1);
-        } else {
-            self.journal.note(self.tick, "ignored", slot as u32, "admit: the slot is not free".to_owned());
-        }
+        let problem = match &robot.arm {
+            // Its links would come between the pieces of others.
+            Some(_) => "admit: an arm cannot be added",
+            None if slot < self.slots_max && vacant => return self.seat(slot, robot, self.tick + 1),
+            None => "admit: the slot is not free",
+        };
+        self.journal.note(self.tick, "ignored", slot as u32, problem.to_owned());
     }
 
     fn leave(&mut self, slot: usize) {
@@ -309,21 +320,27 @@ impl World {
                 self.shown[slot] = flags;
             }
         }
-        self.contacts.enter(&self.entered, &self.bodies, &self.shapes);
+        for arm in &mut self.arms {
+            arm.from_rad = arm.state.joints_rad;
+            if !self.bodies[arm.slot].takes_part {
+                arm.halt();
+            }
+        }
+        self.contacts.enter(&self.entered, &self.bodies, &self.arms, &self.shapes);
         self.log_contacts();
         self.grid.rebuild(&self.bodies);
-        self.ranges.update(&self.bodies, &self.shapes, &self.grid);
+        self.ranges.update(&self.bodies, &self.arms, &self.shapes, &self.grid);
         self.refresh_pieces();
     }
 
     fn refresh_pieces(&mut self) {
         let shape_pieces = self.shapes.len();
         let first = self.pieces.is_empty();
-        self.pieces.resize(shape_pieces + self.bodies.len(), Piece::default());
+        self.pieces.resize(shape_pieces + self.bodies.len() + self.arms.len(), Piece::default());
         self.pieces_changed.clear();
         for index in 0..self.pieces.len() {
             let in_sight = match index.checked_sub(shape_pieces) {
-                Some(slot) => self.bodies[slot].is_seen(),
+                Some(piece) => self.bodies[arm::owner(&self.arms, piece).0].is_seen(),
                 None => first || self.shapes.obstacles[self.shapes.owner(index)].moves(),
             };
             if in_sight {
@@ -341,30 +358,41 @@ impl World {
     /// obstacles and goals move, contacts are counted and goals judged. Afterwards [`tick`](World::tick) is one more.
     pub fn close(&mut self, commands: &mut dyn FnMut(Seat) -> Option<Drive>) {
         assert!(self.is_open, "only an open tick can be closed");
-        let dt_s = self.clock.dt_s();
-        for seat in &self.participants {
-            let slot = seat.slot as usize;
-            let body = &mut self.bodies[slot];
-            match commands(*seat) {
-                Some(drive) if fits(body.kind, &drive) => body.pose.advance(drive, &body.limits, dt_s),
-                Some(drive) => {
-                    body.pose.halt();
-                    if !std::mem::replace(&mut self.scolded[slot], true) {
-                        let detail = format!("{drive:?} for a {:?}", body.kind);
-                        self.journal.note(self.tick, "bad-command", seat.slot, detail);
-                    }
-                }
-                None => body.pose.halt(),
-            }
+        for index in 0..self.participants.len() {
+            let seat = self.participants[index];
+            self.obey(seat, commands(seat));
         }
         self.tick += 1;
         let time_s = self.time_s();
         self.shapes.advance(time_s);
-        self.contacts.sweep(&self.bodies, &self.shapes, &self.grid);
+        self.contacts.sweep(&self.bodies, &self.arms, &self.shapes, &self.grid);
         self.log_contacts();
         self.judge(time_s);
         self.announce();
         self.is_open = false;
+    }
+
+    fn obey(&mut self, seat: Seat, drive: Option<Drive>) {
+        let (slot, dt_s) = (seat.slot as usize, self.clock.dt_s());
+        let body = &mut self.bodies[slot];
+        let fitting = drive.filter(|drive| fits(body.kind, drive));
+        if let Some(arm) = arm::of_slot_mut(&mut self.arms, slot) {
+            match fitting {
+                Some(Drive::Joints { rate_radps }) => arm.advance(rate_radps, &body.limits, dt_s),
+                _ => arm.halt(),
+            }
+            body.pose = arm.pose();
+        } else {
+            match fitting {
+                Some(drive) => body.pose.advance(drive, &body.limits, dt_s),
+                None => body.pose.halt(),
+            }
+        }
+        if let (Some(drive), None) = (drive, fitting)
+            && !std::mem::replace(&mut self.scolded[slot], true)
+        {
+            self.journal.note(self.tick, "bad-command", seat.slot, format!("{drive:?} for a {:?}", body.kind));
+        }
     }
 
     fn judge(&mut self, time_s: f64) {
@@ -381,6 +409,9 @@ impl World {
                 let seat = u64::from(body.seat.slot) << 32 | u64::from(body.seat.incarnation);
                 let state = [coords.x.to_bits(), coords.y.to_bits(), body.pose.yaw_rad.to_bits()];
                 self.hash = [self.tick, seat, referee.goals_done.into()].into_iter().chain(state).fold(self.hash, mix);
+                if let Some(arm) = arm::of_slot(&self.arms, body.seat.slot as usize) {
+                    self.hash = arm.state.joints_rad.map(f64::to_bits).into_iter().fold(self.hash, mix);
+                }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! A tick in which nothing special happens asks for no memory.
 
 use nalgebra::{Point2, Vector2};
-use planners::{Capsule, Drive, Kind, Limits};
+use planners::{ArmGeometry, Capsule, Drive, Kind, Limits};
 use scenarios::*;
 use shoal_world_sim::World;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -45,6 +45,7 @@ fn rings(count: usize) -> Scenario {
         id: format!("r{slot}"),
         kind: Kind::Point,
         limits,
+        arm: None,
         radius_m: 0.1,
         start: Point2::new(3.0 * slot as f64, 0.0),
         start_yaw_rad: 0.0,
@@ -85,7 +86,32 @@ fn rings(count: usize) -> Scenario {
 
 #[test]
 fn steady_ticks_do_not_allocate() {
-    let mut world = World::new(&rings(12));
+    check(&rings(12));
+}
+
+/// Arms that turn to and fro beside the rings, and touch nothing.
+#[test]
+fn arms_do_not_allocate_either() {
+    let mut scenario = rings(12);
+    for (slot, joints_rad) in [(12u32, [0.5, 0.5]), (13, [2.0, -0.5])] {
+        let geometry = ArmGeometry {
+            base: Point2::new(20.0 + 8.0 * (f64::from(slot) - 12.0), 6.3),
+            links_m: [2.0, 1.5],
+            link_radius_m: 0.1,
+            joint_min_rad: [0.0, -1.5],
+            joint_max_rad: [6.0, 1.5],
+        };
+        let mut robot = scenario.robots[0].clone();
+        (robot.id, robot.kind) = (format!("arm{slot}"), Kind::TwoLinkArm);
+        robot.arm = Some(ArmSetup { geometry, start_joints_rad: joints_rad });
+        scenario.robots.push(robot);
+    }
+    scenario.fleet.max_robots = 14;
+    check(&scenario);
+}
+
+fn check(scenario: &Scenario) {
+    let mut world = World::new(scenario);
     let mut changes = 0;
     let mut tick = |world: &mut World| {
         world.due();
@@ -94,7 +120,10 @@ fn steady_ticks_do_not_allocate() {
         let angle = world.tick() as f64 / 50.0;
         world.close(&mut |seat| {
             let angle = angle + f64::from(seat.slot);
-            Some(Drive::Velocity(Vector2::new(angle.cos(), angle.sin())))
+            Some(match scenario.robots[seat.slot as usize].kind {
+                Kind::TwoLinkArm => Drive::Joints { rate_radps: [0.3 * angle.cos(), angle.sin()] },
+                _ => Drive::Velocity(Vector2::new(angle.cos(), angle.sin())),
+            })
         });
         assert!(!world.finished());
         world.take_notices().len()

@@ -18,6 +18,7 @@ fn robot(slot: usize) -> Robot {
             accel_mps2_max: 1.0,
             turn_accel_radps2_max: 1.0,
         },
+        arm: None,
         radius_m: 0.25,
         start: [slot as f64, 0.0].into(),
         start_yaw_rad: 0.0,

@@ -43,7 +43,9 @@ impl World {
         let joined_tick = presence.joined.or(presence.entry()).unwrap_or(self.tick);
         let arrival = referee.arrival;
         let path_length_m = arrival.map_or(referee.path_m, |arrival| arrival.path_m);
-        let comparable = arrival.is_some() && !referee.tasked && robot.goal_motion.is_none();
+        // The shortest way of a tip would have to be searched for among the poses of its arm.
+        let drives = robot.arm.is_none() && robot.goal_motion.is_none();
+        let comparable = arrival.is_some() && !referee.tasked && drives;
         let path_ratio = comparable
             .then(|| map.shortest(robot.start, &robot.goals, robot.radius_m))
             .flatten()

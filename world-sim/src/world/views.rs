@@ -1,6 +1,7 @@
 //! What can be read of the world, between its changes.
 
 use super::World;
+use crate::arm;
 use crate::presence::{Presence, State};
 use crate::referee::Referee;
 use planners::Capsule;
@@ -9,7 +10,7 @@ use protocol::daemon_to_world::Order;
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
-use scenarios::{Event, Stop, What};
+use scenarios::{Event, Robot, Stop, What};
 
 /// Progress: at any time.
 impl World {
@@ -56,8 +57,8 @@ impl World {
         self.journal.take_notices()
     }
 
-    /// Hash over every tick so far, of slot, incarnation, position, heading and goals done of every body in the world:
-    /// equal for equal runs, to the last bit.
+    /// Hash over every tick so far, of slot, incarnation, position, heading, joints and goals done of every body in the
+    /// world: equal for equal runs, to the last bit.
     pub fn trajectory_hash(&self) -> u64 {
         self.hash
     }
@@ -70,6 +71,16 @@ impl World {
     /// Robots that there are, late joiners and those that are gone included.
     pub fn robot_count(&self) -> usize {
         self.robots.iter().flatten().count()
+    }
+
+    /// Slots that have or had a robot; one more than the highest of them.
+    pub fn slots(&self) -> usize {
+        self.robots.len()
+    }
+
+    /// The robot of a slot, as the scenario or the request that added it describes it.
+    pub fn robot(&self, slot: usize) -> Option<&Robot> {
+        self.robots.get(slot)?.as_ref()
     }
 
     /// Contacts so far, between robots and with obstacles.
@@ -98,6 +109,7 @@ impl World {
             vx_mps: body.pose.velocity.x,
             vy_mps: body.pose.velocity.y,
             turn_radps: body.pose.turn_radps,
+            joints_rad: self.joints_rad(slot),
             goal_x_m: goal.x,
             goal_y_m: goal.y,
             incarnation: body.seat.incarnation,
@@ -105,6 +117,11 @@ impl World {
             goals_left: referee.map_or(0, Referee::goals_left),
             flags: self.flags(slot),
         }
+    }
+
+    /// Joints of an arm, rad; zero for everybody else.
+    fn joints_rad(&self, slot: usize) -> [f64; 2] {
+        arm::of_slot(&self.arms, slot).map_or([0.0; 2], |arm| arm.state.joints_rad)
     }
 
     pub(super) fn flags(&self, slot: usize) -> u32 {
@@ -127,18 +144,22 @@ impl World {
         self.ranges.sensed(slot)
     }
 
-    /// A piece where it is now: of an obstacle, or (index: number of shape pieces + slot) the body of a robot. The
-    /// velocity of an obstacle is that of its motion at this instant.
+    /// A piece where it is now: of an obstacle, or after those, by slot, the body of a robot or the two links of an arm.
+    /// The velocity of an obstacle is that of its motion at this instant, that of a link that of its middle.
     pub fn piece(&self, index: usize) -> Piece {
         let (capsule, velocity, obstacle) = match index.checked_sub(self.shapes.len()) {
             None => {
                 let owner = self.shapes.owner(index);
                 (self.shapes.piece(index), self.shapes.obstacles[owner].velocity, owner)
             }
-            Some(slot) => {
+            Some(piece) => {
+                let (slot, link) = arm::owner(&self.arms, piece);
                 let body = &self.bodies[slot];
-                let disc = Capsule::disc(body.pose.position, body.radius_m);
-                (disc, body.pose.velocity, self.shapes.obstacles.len() + slot)
+                let (shape, velocity) = match (link, arm::of_slot(&self.arms, slot)) {
+                    (Some(link), Some(arm)) => (arm.links()[link], arm.link_velocities()[link]),
+                    _ => (Capsule::disc(body.pose.position, body.radius_m), body.pose.velocity),
+                };
+                (shape, velocity, self.shapes.obstacles.len() + slot)
             }
         };
         Piece {
@@ -176,6 +197,7 @@ impl World {
                 radius_m: body.radius_m,
                 vx_mps: body.pose.velocity.x,
                 vy_mps: body.pose.velocity.y,
+                joints_rad: self.joints_rad(slot),
                 index: slot as u32,
                 flags: arrived | if body.takes_part { 0 } else { FrameBody::FLAG_SILENT },
             });
@@ -189,6 +211,7 @@ impl World {
                 radius_m,
                 vx_mps: obstacle.velocity.x,
                 vy_mps: obstacle.velocity.y,
+                joints_rad: [0.0; 2],
                 index: index as u32,
                 flags: FrameBody::FLAG_OBSTACLE,
             });

@@ -22,6 +22,7 @@ pub(crate) fn robot(slot: usize, start: [f64; 2], goal: [f64; 2]) -> Robot {
             accel_mps2_max: f64::INFINITY,
             turn_accel_radps2_max: f64::INFINITY,
         },
+        arm: None,
         radius_m: 0.25,
         start: start.into(),
         start_yaw_rad: 0.0,
@@ -135,6 +136,7 @@ impl Driver {
         match kind {
             Kind::Point => Drive::Velocity(velocity),
             Kind::Unicycle => steer(velocity, odometry.yaw_rad, 4.0, &limits),
+            Kind::TwoLinkArm => Drive::stop(kind),
         }
     }
 

@@ -1,5 +1,6 @@
 //! The world as its callers see it, driven by agents that go straight.
 
+mod arms;
 mod driver;
 mod physics;
 mod presence;

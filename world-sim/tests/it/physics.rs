@@ -131,6 +131,7 @@ fn chaos() -> impl Strategy<Value = Chaos> {
         let drive = |kind: &Kind, (first, second): (f64, f64)| match kind {
             Kind::Point => Drive::Velocity(Vector2::new(first, second)),
             Kind::Unicycle => Drive::Twist { speed_mps: first, turn_radps: second },
+            Kind::TwoLinkArm => Drive::Joints { rate_radps: [first, second] },
         };
         let drives =
             drives.into_iter().map(|tick| kinds.iter().zip(tick).map(|(k, d)| drive(k, d)).collect()).collect();

@@ -1,0 +1,177 @@
+//! What an agent tells others and asks of its body: flags, poses, and the joints of arms.
+
+use nalgebra::Vector2;
+use planners::{ArmState, Drive, Neighbor, Plan, PlanInput, Planner};
+use protocol::Seat;
+use protocol::daemon_to_robot::AgentSpec;
+use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_world::Command;
+use protocol::world_to_robot::{NeighborRef, Odometry};
+use scenarios::{Overrides, Scenario};
+use shoal_robot_agent::{Agent, AgentInputs, AgentOutputs, Time};
+use std::sync::{Arc, Mutex};
+
+/// Two robots side by side and an arm.
+fn scenario() -> Scenario {
+    let text = r#"
+        [[robot]]
+        id = "a"
+        start_m = [0, 0]
+        goal_m = [3, 4]
+        [[robot]]
+        id = "b"
+        kind = "unicycle"
+        start_m = [0, 2]
+        goal_m = [5, 2]
+        [[robot]]
+        id = "arm"
+        kind = "two-link-arm"
+        planner = "pso-via-points"
+        base_m = [0, -6]
+        links_m = [2, 1]
+        start_joints_rad = [0.5, 0.5]
+        goal_m = [-2.5, -6]
+        turn_radps_max = 2
+        speed_mps_max = 0.6
+    "#;
+    scenarios::parse("agent.toml", text, &Overrides::default()).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// Answers what it is told to, and keeps what it was shown.
+struct Scripted {
+    plans: Arc<Mutex<Vec<Plan>>>,
+    seen: Arc<Mutex<Vec<Seen>>>,
+}
+
+/// What a planner was shown in a tick.
+#[derive(Clone, Debug)]
+struct Seen {
+    neighbors: Vec<Neighbor>,
+    arm: Option<ArmState>,
+}
+
+impl Planner for Scripted {
+    fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
+        self.seen.lock().unwrap().push(Seen { neighbors: input.neighbors.to_vec(), arm: input.arm });
+        self.plans.lock().unwrap().pop().unwrap_or(Plan::only(Drive::stop(input.kind)))
+    }
+}
+
+struct Robot {
+    agent: Agent,
+    plans: Arc<Mutex<Vec<Plan>>>,
+    seen: Arc<Mutex<Vec<Seen>>>,
+    board: PosePair,
+}
+
+impl Robot {
+    fn new(scenario: &Scenario, slot: usize) -> Robot {
+        let (plans, seen) = (Arc::default(), Arc::default());
+        let planner = Scripted { plans: Arc::clone(&plans), seen: Arc::clone(&seen) };
+        let spec = AgentSpec::new(scenario, &scenario.robots[slot], Seat { slot: slot as u32, incarnation: 0 });
+        Robot { agent: Agent::with_planner(spec, Box::new(planner)), plans, seen, board: PosePair::default() }
+    }
+
+    /// A tick in which its method answers `plan`.
+    fn step(&mut self, odometry: &Odometry, heard: &[(NeighborRef, PosePair)], plan: Plan) -> AgentOutputs {
+        self.plans.lock().unwrap().push(plan);
+        let outputs = self.agent.step(&AgentInputs { odometry, heard, pieces: &[], time: Time::Ticks });
+        self.board.push(outputs.pose);
+        outputs
+    }
+
+    fn last(&self) -> Seen {
+        self.seen.lock().unwrap().last().unwrap().clone()
+    }
+}
+
+fn odometry(tick: u64, flags: u32) -> Odometry {
+    Odometry { tick, goal_x_m: 3.0, goal_y_m: 4.0, flags: flags | Odometry::FLAG_PRESENT, ..Odometry::default() }
+}
+
+const GO: Drive = Drive::Velocity(Vector2::new(0.5, 0.0));
+const STAND: Drive = Drive::Velocity(Vector2::new(0.0, 0.0));
+
+#[test]
+fn a_robot_is_stopped_when_its_method_says_so() {
+    let mut robot = Robot::new(&scenario(), 0);
+    let mut stopped = |drive, stopped| {
+        let plan = Plan { stopped, ..Plan::only(drive) };
+        robot.step(&odometry(0, 0), &[], plan).pose.has(SharedPose::FLAG_STOPPED)
+    };
+    assert!(stopped(STAND, true), "on purpose");
+    assert!(!stopped(STAND, false), "standing still is not yet a purpose: it may turn on the spot, or see no way");
+    assert!(stopped(GO, true), "its own word counts");
+    assert!(!stopped(GO, false));
+}
+
+#[test]
+fn flags_and_the_way_left_travel_with_the_pose_and_with_nothing_else() {
+    let scenario = scenario();
+    let (mut speaker, mut listener) = (Robot::new(&scenario, 0), Robot::new(&scenario, 1));
+    let who = NeighborRef { slot: 0, incarnation: 0 };
+    for (tick, (flags, stopped)) in
+        [(0, false), (0, true), (Odometry::FLAG_ARRIVED, true), (0, false)].iter().enumerate()
+    {
+        let (tick, plan) = (tick as u64, Plan { stopped: *stopped, ..Plan::only(STAND) });
+        let pose = speaker.step(&odometry(tick, *flags), &[], plan).pose;
+        let arrived = *flags == Odometry::FLAG_ARRIVED;
+        assert_eq!((pose.has(SharedPose::FLAG_ARRIVED), pose.has(SharedPose::FLAG_STOPPED)), (arrived, *stopped));
+        assert_eq!(pose.remaining_m, if arrived { 0.0 } else { 5.0 }, "the distance, not the goal");
+        // Heard one tick later, as always.
+        listener.step(
+            &odometry(tick + 1, 0),
+            &[(who, speaker.board)],
+            Plan::only(Drive::stop(planners::Kind::Unicycle)),
+        );
+        let [heard] = listener.last().neighbors[..] else { panic!("one neighbour is heard") };
+        assert_eq!(
+            (heard.id, heard.arrived, heard.stopped, heard.remaining_m),
+            (0, arrived, *stopped, pose.remaining_m)
+        );
+    }
+}
+
+#[test]
+fn an_arm_is_shown_its_joints_and_tells_them() {
+    let scenario = scenario();
+    let geometry = scenario.robots[2].arm.unwrap().geometry;
+    let mut arm = Robot::new(&scenario, 2);
+    let joints_rad = [0.7, -0.4];
+    let tip = geometry.tip(joints_rad);
+    let odometry = Odometry {
+        x_m: tip.x,
+        y_m: tip.y,
+        yaw_rad: 0.3,
+        joints_rad,
+        flags: Odometry::FLAG_PRESENT,
+        ..Odometry::default()
+    };
+    let ask = |first, second| Plan::only(Drive::Joints { rate_radps: [first, second] });
+    let outputs = arm.step(&odometry, &[], ask(0.1, -0.2));
+    assert_eq!(arm.last().arm, Some(ArmState { geometry, joints_rad }));
+    assert_eq!((outputs.pose.joints_rad, outputs.pose.x_m, outputs.pose.y_m), (joints_rad, tip.x, tip.y));
+    assert_eq!(outputs.pose.radius_m, 0.05);
+    assert_eq!(outputs.drive, Drive::Joints { rate_radps: [0.1, -0.2] });
+
+    // Beyond the limit of the tip both rates shrink together.
+    let Drive::Joints { rate_radps: [first, second] } = arm.step(&odometry, &[], ask(2.0, 4.0)).drive else {
+        panic!("an arm turns its joints");
+    };
+    assert!((second - 2.0 * first).abs() < 1e-12 && first > 0.0);
+    let speed = ArmState { geometry, joints_rad }.tip_velocity([first, second]).norm();
+    assert!((speed - 0.6).abs() < 1e-9, "{speed}");
+
+    let mut robot = Robot::new(&scenario, 0);
+    assert_eq!(robot.step(&odometry, &[], Plan::only(STAND)).pose.joints_rad, joints_rad, "what the odometry says");
+    assert_eq!(robot.last().arm, None);
+}
+
+#[test]
+fn commands_hold_every_drive() {
+    let drives = [GO, Drive::Twist { speed_mps: 1.0, turn_radps: -2.0 }, Drive::Joints { rate_radps: [0.25, -0.5] }];
+    for drive in drives {
+        assert_eq!(Command::default().with_drive(drive).drive(), Some(drive));
+    }
+    assert_eq!(Command { form: 9, ..Command::default() }.drive(), None);
+}

@@ -1,0 +1,259 @@
+//! Arms: their keys, how they stand at the start, and which places their tips can be at.
+
+use crate::check::{Ground, Surfaces};
+use crate::model::{ArmSetup, Robot};
+use crate::node::{Node, Value};
+use crate::obstacles::{contains, show};
+use crate::problems::{Origin, Report};
+use crate::robots::Body;
+use crate::table::{ARM, KINDS_ARM, MOBILE, PLACED_ARM};
+use nalgebra::Point2;
+use planners::drive::wrap;
+use planners::{ArmGeometry, Capsule, Elbow, Kind};
+use std::f64::consts::PI;
+
+/// What is said where an arm cannot be.
+const ONE_BY_ONE: &str = "arms stand one by one, as [[robot]] with base_m and links_m";
+
+/// Reports keys of a robot that do not go with its kind.
+pub(crate) fn check_keys(node: &Node, kind: Kind, report: &mut Report) {
+    let arm = kind == Kind::TwoLinkArm;
+    let strangers = if arm { [MOBILE, &[]] } else { [PLACED_ARM, ARM] };
+    for key in strangers.into_iter().flatten().filter(|key| node.has(key.name)) {
+        let owner = if arm { Kind::MOBILE } else { &[Kind::TwoLinkArm] };
+        let owner: Vec<&str> = owner.iter().map(|kind| kind.word()).collect();
+        let message = format!("does not go with kind = \"{}\"", kind.word());
+        report.add_hint(node.at(key.name), &node.key(key.name), message, format!("it belongs to {}", owner.join(", ")));
+    }
+}
+
+/// Reports a layout of arms: whether it is none.
+pub(crate) fn check_layout(node: &Node, kind: Kind, report: &mut Report) -> bool {
+    if kind == Kind::TwoLinkArm {
+        report.add_hint(node.origin, &node.path, "a layout cannot place arms, and [defaults] makes arms", ONE_BY_ONE);
+    }
+    kind != Kind::TwoLinkArm
+}
+
+/// Reports the wish to add an arm to a running fleet.
+pub(crate) fn check_added(kind: Kind, report: &mut Report) {
+    if kind == Kind::TwoLinkArm {
+        let message = "an arm cannot be added to a running fleet";
+        report.add_hint(Origin::Whole, "kind", message, "arms are built in with the scenario; others can be added");
+    }
+}
+
+/// Makes a robot the arm that its node and its kind describe, standing as they say. What is wrong is reported; the robot
+/// is nowhere then.
+pub(crate) fn stand(robot: &mut Robot, node: &Node, of_kind: Option<&Node>, around: &Surfaces, report: &mut Report) {
+    let nowhere = Point2::new(f64::NAN, f64::NAN);
+    let start = std::mem::replace(&mut robot.start, nowhere);
+    let Some(geometry) = geometry(node, of_kind, report) else { return };
+    let Some(start_joints_rad) = start_joints(&geometry, start, node, around, &robot.id, report) else { return };
+    let setup = ArmSetup { geometry, start_joints_rad };
+    robot.radius_m = geometry.link_radius_m;
+    robot.start = setup.start().tip();
+    robot.start_yaw_rad = wrap(start_joints_rad[0] + start_joints_rad[1]);
+    robot.arm = Some(setup);
+}
+
+fn geometry(node: &Node, of_kind: Option<&Node>, report: &mut Report) -> Option<ArmGeometry> {
+    let body = Body {
+        layers: [Some(node), of_kind].into_iter().flatten().collect(),
+        table: Node::absent(&KINDS_ARM, "kinds.two-link-arm"),
+    };
+    let mut complete = true;
+    for (key, what) in
+        [("base_m", "where it is fixed, [x, y]"), ("links_m", "the lengths of its links, [first, second]")]
+    {
+        if !(node.has(key) || key == "links_m" && of_kind.is_some_and(|kind| kind.has(key))) {
+            report.add_hint(node.origin, &node.path, format!("an arm needs `{key}`"), format!("{key}: {what}"));
+            complete = false;
+        }
+    }
+    let pair = |key: &str| match body.layer(key).value(key) {
+        Some(Value::Wrong) => None, // reported
+        _ => body.layer(key).pair(key),
+    };
+    let (joint_min_rad, joint_max_rad) = (pair("joint_min_rad")?, pair("joint_max_rad")?);
+    for joint in 0..2 {
+        let (min, max) = (joint_min_rad[joint], joint_max_rad[joint]);
+        let problem = if min >= max {
+            format!("joint {} turns from {min} to {max} rad, which is no range", joint + 1)
+        } else if joint == 1 && (min < -PI || max > PI) {
+            format!("joint 2 turns from {min} to {max} rad, more than half a turn to one side")
+        } else {
+            continue;
+        };
+        let keys = ["joint_max_rad", "joint_min_rad"];
+        let at = keys.into_iter().find_map(|key| Some((body.layer(key), key)).filter(|(layer, _)| layer.has(key)));
+        let (layer, key) = at.unwrap_or((node, "joint_max_rad"));
+        let hint = "joint_min_rad is below joint_max_rad, and joint 2 within ±3.14159";
+        report.add_hint(layer.at(key), &layer.key(key), problem, hint);
+        complete = false;
+    }
+    let geometry = ArmGeometry {
+        base: node.point("base_m")?,
+        links_m: pair("links_m")?,
+        link_radius_m: body.float("link_radius_m"),
+        joint_min_rad,
+        joint_max_rad,
+    };
+    complete.then_some(geometry)
+}
+
+fn start_joints(
+    geometry: &ArmGeometry,
+    start: Point2<f64>,
+    node: &Node,
+    around: &Surfaces,
+    id: &str,
+    report: &mut Report,
+) -> Option<[f64; 2]> {
+    let elbow = match node.value("elbow") {
+        Some(Value::Word("up")) => Some(Elbow::Up),
+        Some(Value::Word("down")) => Some(Elbow::Down),
+        Some(_) => return None,
+        None => None,
+    };
+    let key = "start_joints_rad";
+    if node.has(key) {
+        for other in ["start_m", "elbow"].into_iter().filter(|other| node.has(other)) {
+            let message = format!("does not go with {key}");
+            report.add_hint(node.at(other), &node.key(other), message, "the joints say where the tip is");
+        }
+        let joints_rad = node.pair(key)?;
+        if !geometry.within_limits(joints_rad, 0.0) {
+            let message = format!("the start of `{id}`, {joints_rad:?}, is beyond the limits of its joints");
+            report.add_hint(node.at(key), &node.key(key), message, limits(geometry));
+            return None;
+        }
+        return Some(joints_rad);
+    }
+    if !start.coords.iter().all(|x| x.is_finite()) {
+        return None; // missing or wrong, and reported
+    }
+    let poses = |elbow: Elbow| geometry.inverse(start, elbow).filter(|joints| geometry.within_limits(*joints, 0.0));
+    let free = |joints: &[f64; 2]| around.overlap_of(&geometry.bodies(*joints), true).is_none();
+    let sheets = || Elbow::BOTH.into_iter().filter(|sheet| elbow.is_none_or(|elbow| elbow == *sheet));
+    let pose = sheets().filter_map(poses).find(free).or_else(|| sheets().find_map(poses));
+    if pose.is_none() {
+        let what = format!("the start of `{id}`, {}", show(start));
+        let side = elbow.map(|elbow| if elbow == Elbow::Up { " with its elbow up" } else { " with its elbow down" });
+        unreachable(geometry, start, &what, side.unwrap_or(""), &node.key("start_m"), node.at("start_m"), report);
+    }
+    pose
+}
+
+/// Checks how an arm stands at the start.
+pub(crate) fn check_start(
+    ground: &Ground<'_>,
+    robot: &Robot,
+    arm: &ArmSetup,
+    late: bool,
+    place: (&str, Origin),
+    report: &mut Report,
+) {
+    let (key, origin) = place;
+    let id = &robot.id;
+    let places = [("base", arm.geometry.base), ("tip", robot.start)];
+    for (what, at) in places.into_iter().filter(|(_, at)| !contains(ground.world, *at)) {
+        ground.outside(at, &format!("the {what} of `{id}` at the start"), key, origin, report);
+    }
+    let links = arm.geometry.bodies(arm.start_joints_rad);
+    if let Some((obstacle, overlap_m)) = ground.surfaces.overlap_of(&links, !late) {
+        let message = format!("a link of `{id}` overlaps obstacle[{obstacle}] by {overlap_m:.3} m at the start");
+        report.add_hint(origin, key, message, "another elbow, start or base_m, or thinner links");
+    }
+}
+
+/// Checks one place for the tip of an arm to be, whichever way its elbow bends.
+pub(crate) fn check_goal(
+    ground: &Ground<'_>,
+    arm: &ArmSetup,
+    p: Point2<f64>,
+    what: &str,
+    (key, origin): (&str, Origin),
+    report: &mut Report,
+) {
+    if !p.coords.iter().all(|x| x.is_finite()) {
+        return; // wrong, and reported
+    }
+    if !contains(ground.world, p) {
+        ground.outside(p, what, key, origin, report);
+    }
+    let what = format!("{what}, {}", show(p));
+    let geometry = &arm.geometry;
+    let poses = Elbow::BOTH.into_iter().filter_map(|elbow| geometry.inverse(p, elbow));
+    let mut poses = poses.filter(|joints| geometry.within_limits(*joints, 0.0)).peekable();
+    if poses.peek().is_none() {
+        return unreachable(geometry, p, &what, "", key, origin, report);
+    }
+    let overlaps: Option<Vec<(usize, f64)>> =
+        poses.map(|joints_rad| ground.surfaces.overlap_of(&geometry.bodies(joints_rad), false)).collect();
+    if let Some((obstacle, overlap_m)) = overlaps.and_then(|overlaps| overlaps.first().copied()) {
+        let message =
+            format!("{what}: a link overlaps obstacle[{obstacle}] by {overlap_m:.3} m however the elbow bends");
+        report.add_hint(origin, key, message, "choose a goal that the arm can hold without a contact");
+    }
+}
+
+fn unreachable(
+    geometry: &ArmGeometry,
+    p: Point2<f64>,
+    what: &str,
+    side: &str,
+    key: &str,
+    origin: Origin,
+    report: &mut Report,
+) {
+    let ((near, far), distance) = (geometry.reach(), nalgebra::distance(&p, &geometry.base));
+    if distance < near || distance > far {
+        let message = format!("{what}, is out of reach: {distance:.3} m from the base");
+        report.add_hint(
+            origin,
+            key,
+            message,
+            format!("the tip reaches from {near:.3} m to {far:.3} m around the base"),
+        );
+    } else {
+        report.add_hint(origin, key, format!("{what}, is beyond the limits of the joints{side}"), limits(geometry));
+    }
+}
+
+fn limits(geometry: &ArmGeometry) -> String {
+    let ArmGeometry { joint_min_rad: low, joint_max_rad: high, .. } = geometry;
+    format!("joint 1 turns from {} to {} rad, joint 2 from {} to {} rad", low[0], high[0], low[1], high[1])
+}
+
+/// The body of a robot where it starts: a disc, or two links.
+pub(crate) fn body_at_start(robot: &Robot) -> Vec<Capsule> {
+    match &robot.arm {
+        Some(ArmSetup { geometry, start_joints_rad }) => geometry.bodies(*start_joints_rad).to_vec(),
+        None => vec![Capsule::disc(robot.start, robot.radius_m)],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planners::ArmState;
+
+    #[test]
+    fn poses_at_the_edge_of_the_reach_hold_their_tips() {
+        let geometry = ArmGeometry {
+            base: Point2::new(1.0, -2.0),
+            links_m: [1.5, 1.0],
+            link_radius_m: 0.05,
+            joint_min_rad: [0.0, -PI / 2.0],
+            joint_max_rad: [2.0 * PI, PI / 2.0],
+        };
+        let (near, far) = geometry.reach();
+        for distance in [near, 0.5 * (near + far), far] {
+            let p = geometry.base + nalgebra::Vector2::new(0.0, distance);
+            let joints_rad = geometry.inverse(p, Elbow::Up).unwrap();
+            assert!(geometry.within_limits(joints_rad, 0.0), "{distance}: {joints_rad:?}");
+            assert!((ArmState { geometry, joints_rad }.tip() - p).norm() < 1e-9, "{distance}");
+        }
+    }
+}
