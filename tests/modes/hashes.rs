@@ -36,6 +36,23 @@ each! {
     moving_obstacles: "moving-obstacles",
     unicycle_15: "unicycle-15",
     scale_64: "scale-64",
+    liquid_gap: "liquid-gap",
+    liquid_near_goal: "liquid-near-goal",
+    liquid_corridor_tight: "liquid-corridor-tight",
+    liquid_u_trap: "liquid-u-trap",
+    liquid_u_resonance: "liquid-u-resonance",
+    liquid_ring_side: "liquid-ring-side",
+    rpoa_static: "rpoa-static",
+    rpoa_moved4: "rpoa-moved4",
+    rpoa_moving6: "rpoa-moving6",
+    rpoa_orbiter: "rpoa-orbiter",
+    rpoa_moving_target: "rpoa-moving-target",
+    rpoa_u_trap: "rpoa-u-trap",
+    pso_mass_point_1: "pso-mass-point-1",
+    pso_mass_point_2: "pso-mass-point-2",
+    arm_1: "arm-1",
+    arm_elbow_flip: "arm-elbow-flip",
+    mixed: "mixed",
 }
 
 /// Faults of processes and of the radio, from the timeline: `single` does in its thread what real processes suffer.
@@ -78,6 +95,18 @@ const TIMELINE: &str = r#"
     kind = "unicycle"
     restart = "on-failure"
     restart_delay_s = 0.3
+    [[robot]]
+    id = "arm"
+    kind = "two-link-arm"
+    planner = "pso-via-points"
+    base_m = [-6.5, -6.5]
+    links_m = [1.5, 1.5]
+    start_m = [-4, -6]
+    goal_m = [-7, -4]
+    turn_radps_max = 0.4
+    turn_accel_radps2_max = 2
+    restart = "on-failure"
+    restart_delay_s = 0.4
     [[obstacle]]
     shape = "capsule"
     from_m = [3, 3]
@@ -105,6 +134,20 @@ const TIMELINE: &str = r#"
     kind = "pause"
     robot = "r02"
     for_s = 1.5
+    [[event]]
+    at_s = 1.5
+    kind = "pause"
+    robot = "arm"
+    for_s = 0.8
+    [[event]]
+    at_s = 3.2
+    kind = "kill"
+    robot = "arm"
+    [[event]]
+    at_s = 6
+    kind = "task"
+    robot = "arm"
+    goal_m = [-4.2, -5.2]
     [[event]]
     at_s = 5
     kind = "task"

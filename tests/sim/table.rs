@@ -13,6 +13,10 @@ fn planner_by_scenario() {
     );
     for name in catalog_names() {
         for method in planners::METHODS {
+            let drives = |robot: &scenarios::Robot| method.kinds.contains(&robot.kind);
+            if !catalog(name, &Overrides::default()).robots.iter().any(drives) {
+                continue;
+            }
             let overrides = Overrides { planner: Some(method.name.to_string()), ..Overrides::default() };
             let report = Recording::of(&catalog(name, &overrides)).report();
             let outcome = &report.outcome;

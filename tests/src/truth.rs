@@ -5,7 +5,9 @@
 //!
 //! What it shares with the world are the definitions. Between two ticks every centre moves straight and evenly (of a
 //! unicycle: on the chord). Overlaps of less than 1 nm are none. How deep a polygon is entered is taken at the ends of
-//! a tick. A robot that is new to the world comes from its start.
+//! a tick. A robot that is new to the world comes from its start. The joints of an arm turn evenly; what its links come
+//! near is looked up at many instants of a tick, so clearances are right to [`ARM_M`], and only contacts that are deeper
+//! than that are for it to count.
 
 use crate::recording::{Frame, at, has_arrived, is_silent};
 use nalgebra::{Point2, Vector2};
@@ -13,6 +15,10 @@ use scenarios::{AtEnd, Motion, Robot, Scenario, Shape, What};
 use std::collections::{HashSet, VecDeque};
 
 const TOUCH_M: f64 = 1e-9;
+/// What is said of arms is right to this, m, as long as nobody is faster than some metres per second.
+pub const ARM_M: f64 = 1e-3;
+/// Instants of a tick at which arms are looked at.
+const INSTANTS: u32 = 200;
 
 /// The outcome of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -83,9 +89,17 @@ pub fn recompute(scenario: &Scenario, frames: &[Frame]) -> Truth {
         for (index, a) in ways.iter().enumerate() {
             for b in &ways[index + 1..] {
                 let radii = a.radius_m + b.radius_m;
-                let least = nearest_to_origin(b.from - a.from, b.to - a.to) - radii;
+                let (least, at_last) = if a.arm.is_some() || b.arm.is_some() {
+                    let gap = |t| {
+                        let pairs = a.bodies(t).into_iter().flat_map(|a| b.bodies(t).map(|b| (a, b)));
+                        pairs.map(|([a0, a1], [b0, b1])| between_segments(a0, a1, b0, b1)).fold(f64::INFINITY, f64::min)
+                    };
+                    (least_of(gap) - radii, gap(1.0) - radii)
+                } else {
+                    (nearest_to_origin(b.from - a.from, b.to - a.to) - radii, (b.to - a.to).norm() - radii)
+                };
                 clearance_m = clearance_m.min(least);
-                if begins(&mut touching, Pair::Robots(a.slot, b.slot), least, (b.to - a.to).norm() - radii) {
+                if begins(&mut touching, Pair::Robots(a.slot, b.slot), least, at_last) {
                     truth.robot_contacts += 1;
                     truth.contacts[a.slot] += 1;
                     truth.contacts[b.slot] += 1;
@@ -97,11 +111,21 @@ pub fn recompute(scenario: &Scenario, frames: &[Frame]) -> Truth {
             let offset = |frame: &Frame| frame.obstacle(index).map_or(Vector2::zeros(), |body| at(body) - reference);
             let (first, last) = (offset(before), offset(after));
             for way in &ways {
-                let (from, to) = (way.from - first, way.to - last);
-                let ends = depth(&obstacle.shape, from).min(depth(&obstacle.shape, to));
-                let least = sweep(&obstacle.shape, from, to).min(ends) - way.radius_m;
+                let (least, at_last) = if way.arm.is_some() {
+                    let gap = |t| {
+                        let offset = first + (last - first) * t;
+                        let links = way.bodies(t).map(|[a, b]| [a - offset, b - offset]);
+                        let near = links.map(|[a, b]| sweep(&obstacle.shape, a, b).min(depth(&obstacle.shape, a)));
+                        near[0].min(near[1])
+                    };
+                    (least_of(gap) - way.radius_m, gap(1.0) - way.radius_m)
+                } else {
+                    let (from, to) = (way.from - first, way.to - last);
+                    let ends = depth(&obstacle.shape, from).min(depth(&obstacle.shape, to));
+                    let at_last = sweep(&obstacle.shape, to, to).min(depth(&obstacle.shape, to)) - way.radius_m;
+                    (sweep(&obstacle.shape, from, to).min(ends) - way.radius_m, at_last)
+                };
                 obstacle_clearance_m = obstacle_clearance_m.min(least);
-                let at_last = sweep(&obstacle.shape, to, to).min(depth(&obstacle.shape, to)) - way.radius_m;
                 if begins(&mut touching, Pair::Obstacle(way.slot, index), least, at_last) {
                     truth.obstacle_contacts += 1;
                     truth.contacts[way.slot] += 1;
@@ -140,13 +164,46 @@ struct Way {
     radius_m: f64,
     silent: bool,
     arrived: bool,
+    arm: Option<Turn>,
+}
+
+/// How an arm turns in one tick.
+struct Turn {
+    base: Point2<f64>,
+    links_m: [f64; 2],
+    from_rad: [f64; 2],
+    to_rad: [f64; 2],
 }
 
 impl Way {
     fn new(scenario: &Scenario, before: &Frame, body: &protocol::world_to_observer::FrameBody) -> Way {
         let slot = body.index as usize;
-        let from = before.robot(slot).map_or(scenario.robots[slot].start, at);
-        Way { slot, from, to: at(body), radius_m: body.radius_m, silent: is_silent(body), arrived: has_arrived(body) }
+        let (robot, earlier) = (&scenario.robots[slot], before.robot(slot));
+        Way {
+            slot,
+            from: earlier.map_or(robot.start, at),
+            to: at(body),
+            radius_m: body.radius_m,
+            silent: is_silent(body),
+            arrived: has_arrived(body),
+            arm: robot.arm.map(|arm| Turn {
+                base: arm.geometry.base,
+                links_m: arm.geometry.links_m,
+                from_rad: earlier.map_or(arm.start_joints_rad, |body| body.joints_rad),
+                to_rad: body.joints_rad,
+            }),
+        }
+    }
+
+    /// The cores of its bodies at an instant of the tick: of an arm its links, of everybody else twice its centre.
+    fn bodies(&self, t: f64) -> [[Point2<f64>; 2]; 2] {
+        let Some(Turn { base, links_m: [l1, l2], from_rad, to_rad }) = &self.arm else {
+            return [[self.from + (self.to - self.from) * t; 2]; 2];
+        };
+        let [first, second] = [0, 1].map(|i| from_rad[i] * (1.0 - t) + to_rad[i] * t);
+        let elbow = base + Vector2::new(l1 * first.cos(), l1 * first.sin());
+        let whole = first + second;
+        [[*base, elbow], [elbow, elbow + Vector2::new(l2 * whole.cos(), l2 * whole.sin())]]
     }
 }
 
@@ -166,6 +223,11 @@ fn begins(touching: &mut HashSet<Pair>, pair: Pair, least: f64, at_last: f64) ->
         touching.remove(&pair);
     }
     !before && least < -TOUCH_M
+}
+
+/// The least value of a distance at many instants of a tick.
+fn least_of(gap: impl Fn(f64) -> f64) -> f64 {
+    (0..=INSTANTS).map(|i| gap(f64::from(i) / f64::from(INSTANTS))).fold(f64::INFINITY, f64::min)
 }
 
 /// Least distance from the origin of a point that runs evenly from one place to the other: its square is a parabola

@@ -1,0 +1,251 @@
+//! The decentralised potential field: worked examples of its law, where robots come to rest, and every expectation of
+//! its environments.
+//!
+//! Tolerances. The specification prints worked examples to six digits after the point. It allows 0.3 s for arrival
+//! times (2.5 s in `apf_antipodal8`, which a grain of dust changes) and 0.02 m for clearances. It gives none for places
+//! of rest: there 0.05 m, one tick of motion. All leave room for other mathematical libraries: where this was written,
+//! every row agrees to all printed digits.
+
+use crate::environment::{Environment, Expect, environment, environments_of};
+use crate::row::{Form, Item, Paper, Rows, Series};
+use crate::simulate::{Outcome, Run, at_origin, disc_at, tidy};
+use nalgebra::Vector2;
+use planners::{Drive, Identity, Kind, Neighbor, Obstacle, ParamValue, ParamValues, Plan, PlanInput, find};
+use std::ops::ControlFlow;
+
+/// The paper.
+pub static PAPER: Paper = Paper {
+    name: "decentralized-apf",
+    citation: "F. Matoui, B. Boussaid, B. Metoui, G. B. Frej et al., Path planning of a group of robots with potential \
+               field approach: decentralized architecture, IFAC World Congress 2017, doi 10.1016/j.ifacol.2017.08.1822",
+    rows,
+    series,
+};
+
+/// Six digits after the point.
+const PRINTED: f64 = 0.5e-6;
+
+fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
+    rows.begin("worked examples")?;
+    examples(rows);
+    places_of_rest(rows);
+    for environment in environments_of("apf_") {
+        for expect in &environment.expect {
+            rows.begin(&format!("{} {}", environment.name, variant_name(expect)))?;
+            compare(rows, environment, expect, &row(environment, expect).run());
+        }
+    }
+    rows.begin("aid against deadlock")?;
+    aid(rows);
+    ControlFlow::Continue(())
+}
+
+/// A rule set of the environments: a parameter set for a kind of body.
+pub fn run<'a>(environment: &'a Environment, set: &str, kind: Kind) -> Run<'a> {
+    let mut table = environment.params(set).clone();
+    if kind == Kind::Unicycle {
+        table.extend(environment.params("differential").clone());
+    }
+    Run { kind, ..Run::new(environment, "decentralized-apf", table) }
+}
+
+fn row<'a>(environment: &'a Environment, expect: &Expect) -> Run<'a> {
+    let (set, kind) = match expect.method.as_str() {
+        "recommended-point" => ("recommended", Kind::Point),
+        "recommended-differential" => ("recommended", Kind::Unicycle),
+        "literal-point" => ("literal", Kind::Point),
+        other => panic!("{}: unknown rule set `{other}`", environment.name),
+    };
+    Run { delay_ticks: expect.neighbour_pose_delay_ticks, ..run(environment, set, kind) }
+}
+
+fn variant_name(expect: &Expect) -> String {
+    match expect.neighbour_pose_delay_ticks {
+        0 => expect.method.clone(),
+        ticks => format!("{}, poses {ticks} ticks old", expect.method),
+    }
+}
+
+fn compare(rows: &mut Rows<'_>, environment: &Environment, expect: &Expect, outcome: &Outcome) {
+    let item = |what: &str| Item::new(format!("{} {}: {what}", environment.name, variant_name(expect)));
+    for key in expect.results() {
+        match key {
+            "arrives" => rows.exact(item("arrives"), expect.arrives.unwrap_or_default(), outcome.arrives()),
+            "arrival_times" => {
+                let tolerance = if environment.name == "apf_antipodal8" { 2.5 } else { 0.3 };
+                for (i, expected) in expect.arrival_times.iter().flatten().enumerate() {
+                    let item =
+                        item(&format!("arrival of robot {i}")).note(if *expected < 0.0 { "-1: never" } else { "" });
+                    rows.number(item, *expected, tidy(outcome.arrival_s[i].unwrap_or(-1.0)), tolerance, "s");
+                }
+            }
+            "min_robot_clearance" | "min_obstacle_clearance" => {
+                let (what, expected, found) = match key {
+                    "min_robot_clearance" => ("robot clearance", expect.min_robot_clearance, outcome.robot_clearance),
+                    _ => ("obstacle clearance", expect.min_obstacle_clearance, outcome.obstacle_clearance),
+                };
+                rows.number(item(what), expected.unwrap_or_default(), tidy(found), 0.02, "m");
+            }
+            "end" => {
+                for (i, end) in expect.end.iter().flat_map(|points| &points.0).enumerate() {
+                    let item = item(&format!("end of robot {i}")).note("our tolerance: one tick of motion");
+                    rows.vector(item, (*end).into(), outcome.end(i).map(tidy).into(), 0.05, "m");
+                }
+            }
+            other => rows.exact(item(other).note("nothing here knows this key"), "compared", "not compared"),
+        }
+    }
+}
+
+/// A point robot of radius 0.2 m at the origin, and what it is asked to do.
+struct Scene {
+    goal: [f64; 2],
+    discs: Vec<([f64; 2], f64)>,
+    robots: Vec<[f64; 2]>,
+}
+
+impl Scene {
+    fn plan(&self, params: &[(&str, ParamValue)]) -> Plan {
+        let values: ParamValues = params.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+        let method = find("decentralized-apf").expect("the method exists");
+        let identity = Identity { seed: 1, robot: 0, incarnation: 0 };
+        let mut planner = (method.build)(&values, identity).unwrap_or_else(|problem| panic!("{problem}"));
+        let discs = self.discs.iter().zip(0..);
+        let obstacles: Vec<Obstacle> = discs.map(|(disc, id)| disc_at(id, disc.0.into(), disc.1)).collect();
+        let neighbors: Vec<Neighbor> = self.robots.iter().zip(1..).map(|(robot, id)| still(id, *robot)).collect();
+        planner.plan(&PlanInput { radius_m: 0.2, neighbors: &neighbors, ..at_origin(self.goal.into(), &obstacles) })
+    }
+}
+
+/// A robot of radius 0.2 m that stands still and spoke just now.
+fn still(id: u32, position: [f64; 2]) -> Neighbor {
+    Neighbor {
+        id,
+        position: position.into(),
+        yaw_rad: 0.0,
+        velocity: Vector2::zeros(),
+        radius_m: 0.2,
+        age_s: 0.0,
+        remaining_m: 1.0,
+        arrived: false,
+        stopped: false,
+    }
+}
+
+/// The law with distances between centres and without limit of the pull; as the paper prints it with `eta` 1, `power` 2.
+fn literal(eta: f64, power: i64) -> [(&'static str, ParamValue); 4] {
+    [
+        ("eta", ParamValue::Float(eta)),
+        ("bracket_power", ParamValue::Int(power)),
+        ("distance", ParamValue::Choice("centre".to_owned())),
+        ("attract_cap", ParamValue::Float(0.0)),
+    ]
+}
+
+/// Section 5 of the specification, 1 to 5.
+fn examples(rows: &mut Rows<'_>) {
+    let far = [3.0, 4.0];
+    let alone = Scene { goal: far, discs: Vec::new(), robots: Vec::new() };
+    let pull = |params: &[(&str, ParamValue)]| alone.plan(params).attractive.into();
+    rows.vector(Item::new("example 1: attraction"), far, pull(&literal(1.0, 2)), PRINTED, "m/s");
+    rows.vector(Item::new("example 1: attraction with its limit"), [0.6, 0.8], pull(&[]), PRINTED, "m/s");
+
+    for (eta, power, p, size) in [
+        (1.0, 1, 0.5, 4.0),
+        (1.0, 2, 0.5, 4.0),
+        (0.1, 1, 0.5, 0.4),
+        (1.0, 1, 0.4, 9.375),
+        (1.0, 2, 0.4, 14.0625),
+        (1.0, 1, 1.0, 0.0),
+        (1.0, 2, 1.0, 0.0),
+    ] {
+        let scene = Scene { goal: [9.0, 0.0], discs: vec![([0.0, -p], 0.3)], robots: Vec::new() };
+        let item = Item::new(format!("example 2: repulsion, eta {eta}, bracket to the power {power}, p {p} m"));
+        rows.number(item, size, tidy(scene.plan(&literal(eta, power)).repulsive.norm()), PRINTED, "m/s");
+    }
+
+    for (example, power, disc, robot, sum) in [
+        (3, 2, [-1.234568, 0.0], [0.0, 0.097656], [1.765432, 4.097656]),
+        (4, 1, [-1.851852, 0.0], [0.0, 0.390625], [1.148148, 4.390625]),
+    ] {
+        let scene = |discs: bool, robots: bool| Scene {
+            goal: far,
+            discs: if discs { vec![([0.6, 0.0], 0.3)] } else { Vec::new() },
+            robots: if robots { vec![[0.0, -0.8]] } else { Vec::new() },
+        };
+        let mut term = |what: &str, printed: [f64; 2], ours: Vector2<f64>| {
+            let item = Item::new(format!("example {example}: the paper's law, power {power}: {what}"));
+            rows.vector(item, printed, ours.map(tidy).into(), PRINTED, "m/s");
+        };
+        let params = literal(1.0, power);
+        let both = scene(true, true).plan(&params);
+        term("attraction", far, both.attractive);
+        term("obstacle", disc, scene(true, false).plan(&params).repulsive);
+        term("robot", robot, scene(false, true).plan(&params).repulsive);
+        term("sum", sum, both.attractive + both.repulsive);
+    }
+
+    let plan = Scene { goal: far, discs: vec![([0.9, 0.0], 0.3)], robots: vec![[0.0, -0.8]] }.plan(&[]);
+    let Drive::Velocity(velocity) = plan.drive else { panic!("a point robot is asked for a velocity") };
+    for (what, printed, ours) in [
+        ("attraction", [0.6, 0.8], plan.attractive),
+        ("repulsion", [-0.9375, 0.9375], plan.repulsive),
+        ("sum", [-0.3375, 1.7375], plan.attractive + plan.repulsive),
+        ("velocity", [-0.190681, 0.981652], velocity),
+    ] {
+        let item = Item::new(format!("example 5: recommended law: {what}"));
+        rows.vector(item, printed, ours.map(tidy).into(), PRINTED, "m/s");
+    }
+}
+
+/// Section 5 of the specification, 6 to 8.
+fn places_of_rest(rows: &mut Rows<'_>) {
+    let rest = |name: &str| run(environment(name), "recommended", Kind::Point).run();
+    let mut place = |what: &str, printed: [f64; 2], outcome: &Outcome, robot: usize| {
+        let item = Item::new(format!("{what}, robot {robot}"));
+        rows.vector(item, printed, outcome.end(robot).map(tidy).into(), PRINTED, "m");
+    };
+    let (headon, trap, close) = (rest("apf_headon"), rest("apf_two_disc_trap"), rest("apf_close_goals_05"));
+    let half = (0.393003 + 0.4) / 2.0;
+    place("example 6: stand-off in apf_headon", [3.0 - half, 0.0], &headon, 0);
+    place("example 6: stand-off in apf_headon", [3.0 + half, 0.0], &headon, 1);
+    place("example 7: rest in apf_two_disc_trap", [2.227849, 0.0], &trap, 0);
+    place("example 8: rest in apf_close_goals_05", [5.0, 0.484381], &close, 0);
+    place("example 8: rest in apf_close_goals_05", [5.0, -0.484381], &close, 1);
+}
+
+/// Section 6 of the specification: the optional aid frees both traps.
+fn aid(rows: &mut Rows<'_>) {
+    for (name, force, push_s, expected_s) in [("apf_headon", 0.2, 1.0, 9.15), ("apf_two_disc_trap", 0.5, 3.0, 14.4)] {
+        let mut run = run(environment(name), "recommended", Kind::Point);
+        let aid = [
+            ("aid", ParamValue::Bool(true)),
+            ("aid_force", ParamValue::Float(force)),
+            ("aid_push_s", ParamValue::Float(push_s)),
+        ];
+        run.params.extend(aid.map(|(name, value)| (name.to_owned(), value)));
+        let item = Item::new(format!("{name} recommended-point with the aid against deadlock: arrival of robot 0"))
+            .note("the aid is the specification's, not the paper's");
+        rows.number(item, expected_s, tidy(run.run().arrival_s[0].unwrap_or(-1.0)), 0.3, "s");
+    }
+}
+
+fn series() -> Vec<Series> {
+    let environments = environments_of("apf_");
+    let figures = environments.flat_map(|environment| [("recommended", environment), ("literal", environment)]);
+    figures
+        .map(|(set, environment)| {
+            let outcome = run(environment, set, Kind::Point).run();
+            let lines = (0..environment.robots.len()).map(|i| (format!("robot {i}"), outcome.line(i)));
+            Series {
+                name: format!("decentralized-apf-{}-{set}", environment.name),
+                title: format!("{}: {set} law, point robots; obstacles where they start", environment.name),
+                x: "x (m)".to_owned(),
+                y: "y (m)".to_owned(),
+                form: Form::Paths,
+                lines: lines.collect(),
+                discs: environment.obstacles.iter().map(|disc| [disc.center.x, disc.center.y, disc.radius]).collect(),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,18 @@
+//! What the papers report, held against what shoal's methods do: one row per claim, in one thread, with each paper's own
+//! update order.
+//!
+//! A paper is one module: it knows the paper's experiments and yields [`Row`]s. The methods themselves are in
+//! `planners`; nothing here is used by a running fleet.
+
+pub mod decentralized_apf;
+pub mod environment;
+pub mod liquid;
+pub mod pso_via_points;
+pub mod row;
+pub mod rpoa;
+pub mod simulate;
+
+pub use row::{Item, Paper, Row, Rows};
+
+/// The papers, in the order in which they are listed.
+pub static PAPERS: &[&Paper] = &[&decentralized_apf::PAPER, &rpoa::PAPER, &liquid::PAPER, &pso_via_points::PAPER];

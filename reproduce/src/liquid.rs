@@ -1,0 +1,258 @@
+//! Liquid-movement potential descent, offline and online, against Khatib's field: worked examples, every expectation of
+//! the environments, and what the specification says about all of them in words.
+//!
+//! The paper prints no coordinates, so its maps cannot be rebuilt: where it prints a number, the row is about a
+//! stand-in that shows the same, and the paper's number stands beside it for comparison only.
+//!
+//! Tolerances. Counts and arrivals are exact. Worked examples hold to 1e-6, or to half of their last printed digit where
+//! that is coarser. For the rest the specification gives none: clearances and places of virtual obstacles hold to half of
+//! their last printed digit, results of Khatib's field to one, because the files' coordinates are rounded and its
+//! chatter is not the same to the last digit. So much can be asked because nothing in these runs but the directions'
+//! sines and cosines depends on a mathematical library.
+
+mod drive;
+mod figures;
+mod words;
+
+use crate::environment::{Environment, Expect, environment, environments_of, number};
+use crate::row::{Item, Paper, Rows};
+use crate::simulate::tidy;
+use drive::{Descent, Khatib, Setup};
+use nalgebra::Point2;
+use planners::liquid::{Candidate, Field, Law};
+use planners::{Capsule, Obstacle};
+use std::ops::ControlFlow;
+
+/// The paper.
+pub static PAPER: Paper = Paper {
+    name: "liquid",
+    citation: "B. Moaveni, D. Ghanbari Gol, Solving the Local Minimum Problem in Path Planning Algorithm based on the \
+               Virtual Potential Field and the Principles of Liquid Movement (in Persian), 2011",
+    rows,
+    series: figures::series,
+};
+
+fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
+    rows.begin("worked examples")?;
+    examples(rows);
+    lengths(rows);
+    for environment in environments_of("liquid_") {
+        for expect in &environment.expect {
+            rows.begin(&format!("{} {}", environment.name, variant_name(expect)))?;
+            expectation(rows, environment, expect);
+        }
+    }
+    words::rows(rows)
+}
+
+/// The potential of an environment, with these virtual obstacles.
+fn field<'a>(
+    environment: &Environment,
+    law: &'a Law,
+    obstacles: &'a [Obstacle],
+    virtual_obstacles: &'a [Point2<f64>],
+) -> Field<'a> {
+    let robot = &environment.robots[0];
+    Field { law, k_v: law.k_v, agent_radius_m: robot.radius, goal: robot.goal, obstacles, virtual_obstacles }
+}
+
+/// A worked example: 1e-6 relative, or half of the last of so many printed decimals.
+fn example(rows: &mut Rows<'_>, item: &str, oracle: f64, decimals: i32, ours: f64) {
+    let tolerance = (1e-6 * oracle.abs()).max(0.5 * 10f64.powi(-decimals));
+    rows.number(Item { item: format!("example {item}"), ..Item::default() }, oracle, tidy(ours), tidy(tolerance), "");
+}
+
+/// Section 5, checks 1 to 8.
+fn examples(rows: &mut Rows<'_>) {
+    let two = environment("liquid_two_obstacles");
+    let setup = Setup::of(two, &toml::Table::new());
+    let (law, obstacles) = (setup.law(), setup.obstacles(0.0));
+    let (start, goal) = (two.robots[0].start, two.robots[0].goal);
+    let plain = field(two, &law, &obstacles, &[]);
+
+    let disc = Obstacle { shape: Capsule::disc(Point2::origin(), 1.5), ..obstacles[0] };
+    example(rows, "1: P_o at (2, 0)", 4.526935, 6, plain.of_obstacle(&disc, [2.0, 0.0].into()));
+    let item = Item { item: "example 1: P_o at (1.5, 0)".into(), ..Item::default() };
+    rows.exact(item, f64::INFINITY, plain.of_obstacle(&disc, [1.5, 0.0].into()));
+
+    example(rows, "2: P_t at the start", 140.001750, 6, plain.of_goal(start));
+    example(rows, "2: P_o of the first disc", 0.528744, 6, plain.of_obstacle(&obstacles[0], start));
+    example(rows, "2: P_o of the second disc", 0.814735, 6, plain.of_obstacle(&obstacles[1], start));
+    example(rows, "2: Pbar at the start", 141.345228, 6, plain.bar(start));
+
+    let best =
+        |field: &Field<'_>, q| field.best(q).unwrap_or(Candidate { m: usize::MAX, point: q, potential: f64::NAN });
+    let exact = |rows: &mut Rows<'_>, item: &str, oracle: usize, ours: usize| {
+        rows.exact(Item { item: format!("example {item}"), ..Item::default() }, oracle, ours);
+    };
+    exact(rows, "3: best candidate at the start", 0, best(&plain, start).m);
+    example(rows, "3: its P", 138.040381, 6, best(&plain, start).potential);
+    for (m, p) in [(1, 138.2783), (15, 138.3194), (8, 144.6825)] {
+        example(rows, &format!("3: P of candidate {m}"), p, 4, plain.candidate(start, m).potential);
+    }
+
+    let mut q = start;
+    let mut steps = 0;
+    while let Some(lower) = plain.descend(q) {
+        (q, steps) = (lower, steps + 1);
+    }
+    exact(rows, "4: steps of the first descent", 12, steps);
+    example(rows, "4: x of the minimum", 0.684776, 6, q.x);
+    example(rows, "4: y of the minimum", 0.096537, 6, q.y);
+    example(rows, "4: P there", 110.150783, 6, plain.at(q));
+    exact(rows, "4: lowest candidate there", 15, best(&plain, q).m);
+    example(rows, "4: its P", 110.279787, 6, best(&plain, q).potential);
+
+    let drop = [q];
+    let filled = field(two, &law, &obstacles, &drop);
+    example(rows, "5: P(start) with the virtual obstacle", 186.147524, 6, filled.at(start));
+    example(rows, "5: P(goal) with it", 11.419411, 6, filled.at(goal));
+    example(rows, "5: Pbar(goal)", 3.694115, 6, filled.bar(goal));
+    exact(rows, "5: best candidate at the start", 8, best(&filled, start).m);
+
+    for (distance, p, decimals) in [(0.1, 12244.898, 3), (0.2, 2076.1246, 4), (1.5, 27.766209, 6)] {
+        let ours = plain.of_virtual(Point2::origin(), [distance, 0.0].into());
+        example(rows, &format!("6: P_v at {distance} m"), p, decimals, ours);
+    }
+
+    let near_goal = environment("liquid_near_goal");
+    let around = Setup::of(near_goal, &toml::Table::new()).obstacles(0.0);
+    let near = field(near_goal, &law, &around, &[]);
+    let at_goal = near.bar(near_goal.robots[0].goal);
+    example(rows, "7: Pbar(goal)", 14.570249, 6, at_goal);
+    example(rows, "7: Pbar one step to the left", 15.338709, 6, near.bar([2.9, 0.0].into()));
+    let lowest = (0..=3000)
+        .map(|i| f64::from(i) * 0.001)
+        .min_by(|a, b| near.bar([*a, 0.0].into()).total_cmp(&near.bar([*b, 0.0].into())));
+    let note = "looked for every millimetre between start and goal".into();
+    let item = Item { item: "example 7: lowest point of the axis".into(), note, ..Item::default() };
+    rows.number(item, 3.0, lowest.unwrap_or(f64::NAN), 0.0, "m");
+
+    let note = "(7) as printed, with sine and cosine swapped, would give (1, 0)".into();
+    let item = Item { item: "example 8: direction of m = 4 by (12)".into(), note, ..Item::default() };
+    let (dx, dy) = (law.directions[4].x, law.directions[4].y);
+    let ok = dx.abs() <= 1e-6 && (dy - 1.0).abs() <= 1e-6;
+    rows.push(item, Some("(0, 1)".into()), format!("({dx:.6}, {dy:.6})"), "± 1e-6".into(), ok);
+}
+
+/// Section 2: lengths that follow from the gains.
+fn lengths(rows: &mut Rows<'_>) {
+    let free = environment("liquid_free");
+    let law = Setup::of(free, &toml::Table::new()).law();
+    let steeper = |k: f64| (2.0 * k / law.k_t).cbrt();
+    let mut row = |item: &str, oracle: f64, decimals: i32, ours: f64| {
+        let item = Item { item: format!("length: {item}"), ..Item::default() };
+        rows.number(item, oracle, tidy(ours), tidy(0.5 * 10f64.powi(-decimals)), "m");
+    };
+    row("an obstacle's hill is steeper than the goal's cone up to", 0.385, 3, steeper(law.k_o));
+    row("a virtual obstacle's hill is, up to", 1.508, 3, steeper(law.k_v));
+    let least = Law { tolerance_steps: 0.0, ..law.clone() }.tolerance_m();
+    row("least arrival tolerance", 0.0510, 4, least);
+    for (r, depth) in [(1.53f64, 0.0008), (0.33, 0.0038)] {
+        let cut = r - (r * r - law.step_m * law.step_m / 4.0).sqrt();
+        row(&format!("deepest cut of a step into a disc of {r} m"), depth, 4, cut);
+    }
+}
+
+/// The rule set of an expectation, with what it changes.
+fn variant_name(expect: &Expect) -> String {
+    let change = |key: &String| format!(", {key} = {}", number(&expect.overrides, key));
+    format!("{}{}", expect.method, expect.overrides.keys().map(change).collect::<String>())
+}
+
+/// All rows of one `[[expect]]`.
+fn expectation(rows: &mut Rows<'_>, environment: &Environment, expect: &Expect) {
+    let setup = Setup { budget: expect.virtual_obstacle_budget, ..Setup::of(environment, &expect.overrides) };
+    let mut results = Results { rows, environment, expect, used: Vec::new() };
+    match expect.method.as_str() {
+        "liquid-offline" => results.descent(&setup.offline()),
+        "liquid-online" => results.descent(&setup.online()),
+        "khatib-second-order" => results.khatib(&Khatib::run(environment, "khatib_second_order")),
+        "khatib-first-order" => results.khatib(&Khatib::run(environment, "khatib_first_order")),
+        other => panic!("unknown rule set {other}"),
+    }
+    let unused: Vec<&str> = expect.results().into_iter().filter(|key| !results.used.contains(key)).collect();
+    assert!(unused.is_empty(), "{}: nothing compares {unused:?}", environment.name);
+}
+
+/// Rows of an expectation; remembers which of its keys have one.
+struct Results<'a, 'b> {
+    rows: &'a mut Rows<'b>,
+    environment: &'a Environment,
+    expect: &'a Expect,
+    used: Vec<&'static str>,
+}
+
+impl Results<'_, '_> {
+    fn item(&mut self, key: &'static str) -> Item {
+        self.used.push(key);
+        let item = format!("{} {}: {}", self.environment.name, variant_name(self.expect), key.replace('_', " "));
+        let printed = words::printed(&self.environment.name, &self.expect.method, key);
+        let note = printed.map_or("", |_| "the paper's number is for its own map, which it does not give");
+        Item { item, paper_value: printed.map(str::to_owned), note: note.to_owned() }
+    }
+
+    fn descent(&mut self, ours: &Descent) {
+        let expect = self.expect;
+        if let Some(oracle) = expect.arrives {
+            let item = self.item("arrives");
+            self.rows.exact(item, oracle, ours.arrives);
+        }
+        for (key, oracle, ours) in [
+            ("virtual_obstacles", expect.virtual_obstacles, ours.virtual_obstacles.len()),
+            ("computation_rounds", expect.computation_rounds, ours.rounds),
+            ("motion_steps", expect.motion_steps, ours.steps()),
+        ] {
+            if let Some(oracle) = oracle {
+                let item = self.item(key);
+                self.rows.exact(item, oracle, ours);
+            }
+        }
+        if let Some(oracle) = expect.min_clearance {
+            let item = self.item("min_clearance");
+            self.rows.number(item, oracle, tidy(ours.clearance(self.environment)), 0.0005, "m");
+        }
+        if let Some(oracle) = &expect.virtual_obstacle_positions {
+            let item = self.item("virtual_obstacle_positions");
+            let off = |(a, b): (&Point2<f64>, &Point2<f64>)| (a - b).amax();
+            let worst = oracle.iter().zip(&ours.virtual_obstacles).map(off).fold(0.0, f64::max);
+            let ok = oracle.len() == ours.virtual_obstacles.len() && worst <= 0.5e-4 * (1.0 + 1e-9);
+            let tolerance = "± 0.00005 m in x and y".to_owned();
+            let ours = points(&ours.virtual_obstacles, 6);
+            self.rows.push(item, Some(points(oracle, 4)), ours, tolerance, ok);
+        }
+    }
+
+    fn khatib(&mut self, ours: &Khatib) {
+        let expect = self.expect;
+        if let Some(oracle) = expect.arrives {
+            let item = self.item("arrives");
+            self.rows.exact(item, oracle, ours.arrival_s.is_some());
+        }
+        if let Some(oracle) = expect.time {
+            let item = self.item("time");
+            self.rows.number(item, oracle, tidy(ours.arrival_s.unwrap_or(f64::NAN)), 0.01, "s");
+        }
+        if let Some(oracle) = &expect.end {
+            let item = self.item("end");
+            let off = (oracle.0[0] - ours.end()).amax();
+            let (oracle, ours) = (points(&oracle.0, 3), points(&[ours.end()], 6));
+            self.rows.push(item, Some(oracle), ours, "± 0.001 m in x and y".into(), off <= 0.001);
+        }
+        for (key, oracle, ours, tolerance) in [
+            ("distance_to_goal", expect.distance_to_goal, ours.distance_to_goal(self.environment), 0.001),
+            ("tail_extent", expect.tail_extent, ours.tail_extent(), 0.0001),
+        ] {
+            if let Some(oracle) = oracle {
+                let item = self.item(key);
+                self.rows.number(item, oracle, tidy(ours), tolerance, "m");
+            }
+        }
+    }
+}
+
+fn points(points: &[Point2<f64>], decimals: usize) -> String {
+    // Adding zero takes the sign off a zero.
+    let one = |p: &Point2<f64>| format!("({:.decimals$}, {:.decimals$})", tidy(p.x) + 0.0, tidy(p.y) + 0.0);
+    points.iter().map(one).collect::<Vec<_>>().join(" ")
+}

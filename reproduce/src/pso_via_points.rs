@@ -1,0 +1,56 @@
+//! Via points optimised by a particle swarm: worked examples, every expectation of its environments, the claims in words,
+//! and the same method as a robot runs it.
+//!
+//! The paper prints lengths of its own environments, whose coordinates are only in its figures. The environments here
+//! are stand-ins, so the paper's values stand beside ours for their size; what is held to a tolerance is the
+//! specification's reference implementation.
+//!
+//! Tolerances, from section 5 of the specification: all printed digits of worked examples; 0.1 m for raw lengths; ten
+//! grid points; the reductions and clearances in its last paragraph. It gives none for the rest: resting places one step
+//! of the raw path (0.05 m), clearances of raw paths and shares of free points 0.01, grid lengths the printed digits,
+//! lengths that depend on random numbers 0.5 %, which is about the spread of the seeds, their reduction half a
+//! percentage point, since 0.5 % of a length moves it that far, their clearance 0.01 m as in section 5. Where this was
+//! written, everything that is not random agrees to all printed digits, except two counts by one or two points.
+//!
+//! Map of the folder: [`experiment`] how the environments are run; [`examples`] the worked examples;
+//! [`expectations`] the environments; [`claims`] the claims in words; [`fleet`] the method as a robot runs it; `series`
+//! the figures.
+
+pub mod experiment;
+
+mod claims;
+mod examples;
+mod expectations;
+pub mod fleet;
+mod series;
+
+use crate::environment::environments_of;
+use crate::row::{Paper, Rows};
+use std::ops::ControlFlow;
+
+/// The paper.
+pub static PAPER: Paper = Paper {
+    name: "pso-via-points",
+    citation: "F. A. Raheem, M. M. Badr, Smoothed artificial potential field (APF) via points path planning algorithm \
+               based on PSO, Al-Yarmouk journal, about 2017",
+    rows,
+    series: series::series,
+};
+
+fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
+    rows.begin("worked examples")?;
+    examples::rows(rows);
+    for environment in environments_of("pso_") {
+        for expect in &environment.expect {
+            rows.begin(&format!("{} {}", environment.name, expect.method))?;
+            expectations::rows(rows, environment, expect);
+        }
+    }
+    claims::rows(rows)?;
+    rows.begin("as a robot runs it")?;
+    fleet::rows(rows);
+    ControlFlow::Continue(())
+}
+
+/// Half of the sixth digit after the point, and a little for what lies on the half.
+const PRINTED: f64 = 0.501e-6;

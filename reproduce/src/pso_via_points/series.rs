@@ -1,0 +1,128 @@
+//! Data of the paper's figures: paths, convergence, reductions, and the arm's motion.
+
+use super::experiment::{Experiment, reduction_percent};
+use super::fleet;
+use crate::environment::environment;
+use crate::row::{Form, Series};
+use nalgebra::Point2;
+use planners::arm::Elbow;
+use planners::pso_via_points::field::Variant;
+use planners::spline::length;
+
+fn points(path: &[Point2<f64>]) -> Vec<[f64; 2]> {
+    path.iter().map(|p| [p.x, p.y]).collect()
+}
+
+fn discs(experiment: &Experiment) -> Vec<[f64; 3]> {
+    let shapes = experiment.obstacles.iter().map(|obstacle| obstacle.shape);
+    shapes.map(|shape| [shape.a.x, shape.a.y, shape.radius]).collect()
+}
+
+fn name_of(variant: Variant) -> &'static str {
+    match variant {
+        Variant::Plain => "plain field",
+        Variant::Left => "(17), (18)",
+        Variant::Right => "(15), (16)",
+        Variant::FadedBias => "faded bias",
+        Variant::LiteralBias => "literal bias",
+    }
+}
+
+pub(super) fn series() -> Vec<Series> {
+    let mut all = Vec::new();
+    let mut reductions = Vec::new();
+    for (name, base) in [("pso_mass_point_1", Variant::Plain), ("pso_mass_point_2", Variant::FadedBias)] {
+        point(name, base, &mut all, &mut reductions);
+    }
+    for name in ["pso_arm_1", "pso_arm_elbow_flip"] {
+        arm(name, &mut all, &mut reductions);
+    }
+    let bars = |get: fn(&(f64, f64)) -> f64| {
+        reductions.iter().enumerate().map(|(i, both)| [(i + 1) as f64, get(both)]).collect()
+    };
+    all.push(Series {
+        name: "reductions".to_owned(),
+        title: "What the swarm takes off the raw path; the paper's four cases are in its own environments".to_owned(),
+        x: "mass point 1, mass point 2, arm 1".to_owned(),
+        y: "reduction, %".to_owned(),
+        form: Form::Bars,
+        lines: vec![("here".to_owned(), bars(|both| both.0)), ("paper".to_owned(), bars(|both| both.1))],
+        discs: Vec::new(),
+    });
+    all
+}
+
+fn point(name: &str, base: Variant, all: &mut Vec<Series>, reductions: &mut Vec<(f64, f64)>) {
+    let experiment = Experiment::new(environment(name));
+    let raws: Vec<_> = Variant::ORDER.iter().chain([&Variant::LiteralBias]).map(|v| (*v, experiment.raw(*v))).collect();
+    let raw = experiment.raw(base);
+    let runs: Vec<_> = (0..10).map(|seed| experiment.optimise(&raw.points, None, seed)).collect();
+    let mut lines: Vec<_> = raws.iter().map(|(v, raw)| (name_of(*v).to_owned(), points(&raw.points))).collect();
+    lines.push((format!("swarm on {}", name_of(base)), points(&runs[0].path)));
+    lines.push(("via points".to_owned(), points(&runs[0].via)));
+    all.push(Series {
+        name: format!("{name}_paths"),
+        title: format!("{name}: raw paths and the swarm's path"),
+        x: "x, m".to_owned(),
+        y: "y, m".to_owned(),
+        form: Form::Paths,
+        lines,
+        discs: discs(&experiment),
+    });
+    let curve = |history: &[f64]| history.iter().enumerate().map(|(i, cost)| [i as f64, *cost]).collect();
+    all.push(Series {
+        name: format!("{name}_convergence"),
+        title: format!("{name}: best cost over the iterations, ten seeds"),
+        x: "iteration".to_owned(),
+        y: "best cost, m".to_owned(),
+        form: Form::Lines,
+        lines: runs.iter().enumerate().map(|(seed, run)| (format!("seed {seed}"), curve(&run.history))).collect(),
+        discs: Vec::new(),
+    });
+    let longest = runs.iter().map(|run| run.length_m).fold(0.0, f64::max);
+    let paper = if name == "pso_mass_point_1" { 5.87 } else { 3.44 };
+    reductions.push((reduction_percent(length(&raw.points), longest), paper));
+}
+
+fn arm(name: &str, all: &mut Vec<Series>, reductions: &mut Vec<(f64, f64)>) {
+    let experiment = Experiment::new(environment(name));
+    let raw = experiment.raw(Variant::Plain);
+    let elbow = if name == "pso_arm_1" { Elbow::Up } else { Elbow::Down };
+    let run = fleet::run_arm(&experiment, elbow, 60.0);
+    let geometry = experiment.arm.expect("an arm");
+    let tips: Vec<_> = run.joints_rad.iter().map(|joints| geometry.tip(*joints)).collect();
+    let mut lines = vec![("plain field".to_owned(), points(&raw.points)), ("tip as driven".to_owned(), points(&tips))];
+    if name == "pso_arm_1" {
+        let best = experiment.optimise(&raw.points, Some(elbow), 0);
+        reductions.push((reduction_percent(length(&raw.points), best.length_m), 4.02));
+        lines.push(("swarm".to_owned(), points(&best.path)));
+    }
+    // Ten poses on the way.
+    let every = (run.joints_rad.len() / 10).max(1);
+    for (i, joints) in run.joints_rad.iter().enumerate().step_by(every) {
+        let at = [geometry.base, geometry.elbow(*joints), geometry.tip(*joints)];
+        lines.push((format!("pose {:.1} s", i as f64 * 0.05), points(&at)));
+    }
+    all.push(Series {
+        name: format!("{name}_paths"),
+        title: format!("{name}: paths of the tip and poses of the arm, elbow {elbow:?}"),
+        x: "x, m".to_owned(),
+        y: "y, m".to_owned(),
+        form: Form::Paths,
+        lines,
+        discs: discs(&experiment),
+    });
+    let joint = |i: usize| {
+        let at = |(tick, joints): (usize, &[f64; 2])| [tick as f64 * 0.05, joints[i].to_degrees()];
+        run.joints_rad.iter().enumerate().map(at).collect()
+    };
+    all.push(Series {
+        name: format!("{name}_joints"),
+        title: format!("{name}: joint angles as driven, elbow {elbow:?}"),
+        x: "time, s".to_owned(),
+        y: "angle, degrees".to_owned(),
+        form: Form::Lines,
+        lines: vec![("joint 1".to_owned(), joint(0)), ("joint 2".to_owned(), joint(1))],
+        discs: Vec::new(),
+    });
+}

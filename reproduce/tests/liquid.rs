@@ -1,0 +1,119 @@
+//! The liquid methods: every row of the paper, its claims in words, and what is ours: fleets and other bodies.
+
+use planners::{Kind, ParamValues};
+use shoal_reproduce::environment::environment;
+use shoal_reproduce::liquid::PAPER;
+use shoal_reproduce::row::Form;
+use shoal_reproduce::simulate::{Outcome, Run};
+use shoal_reproduce::{Row, Rows};
+use std::ops::ControlFlow;
+
+fn rows() -> Vec<Row> {
+    let mut quiet = |_: &str| ControlFlow::Continue(());
+    let mut rows = Rows::new(PAPER.name, &mut quiet);
+    assert!((PAPER.rows)(&mut rows).is_continue());
+    rows.finish()
+}
+
+#[test]
+fn every_row_holds() {
+    let rows = rows();
+    let failed: Vec<&Row> = rows.iter().filter(|row| !row.ok).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert_eq!(rows.len(), 360);
+    let ours = |item: String| &rows.iter().find(|row| row.item == item).expect("the row exists").ours;
+
+    // Khatib's field stops, before a local minimum or before a goal near an obstacle, where thinking first arrives.
+    for name in ["two_obstacles", "gap", "near_goal", "ring_side", "u_shallow", "u_trap", "u_resonance"] {
+        for khatib in ["khatib-second-order", "khatib-first-order"] {
+            assert_eq!(ours(format!("liquid_{name} {khatib}: arrives")), "false", "{name}");
+        }
+        assert_eq!(ours(format!("liquid_{name} liquid-offline: arrives")), "true", "{name}");
+    }
+    // Its oscillation in narrow passages comes with the coarse tick.
+    for name in ["corridor", "corridor_tight", "ring_front", "clogged"] {
+        assert_eq!(ours(format!("liquid_{name} khatib-second-order: arrives")), "true", "{name}");
+        assert_eq!(ours(format!("liquid_{name} khatib-first-order: arrives")), "false", "{name}");
+    }
+    // Neither variant is complete, and neither is better than the other everywhere.
+    assert_eq!(ours("liquid_clogged liquid-offline: arrives".into()), "false");
+    assert_eq!(ours("liquid_clogged liquid-online: arrives".into()), "true");
+    assert_eq!(ours("liquid_u_resonance liquid-offline: arrives".into()), "true");
+    assert_eq!(ours("liquid_u_resonance liquid-online: arrives".into()), "false");
+}
+
+#[test]
+fn a_break_is_obeyed() {
+    let mut left = 3;
+    let mut stop = |_: &str| {
+        left -= 1;
+        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let mut rows = Rows::new(PAPER.name, &mut stop);
+    assert!((PAPER.rows)(&mut rows).is_break());
+    assert!(!rows.finish().is_empty());
+}
+
+#[test]
+fn figures_have_data() {
+    let series = (PAPER.series)();
+    for series in &series {
+        assert!(!series.lines.is_empty(), "{}", series.name);
+        for (name, points) in &series.lines {
+            assert!(!points.is_empty(), "{}: {name}", series.name);
+            assert!(points.iter().flatten().all(|x| x.is_finite()), "{}: {name}", series.name);
+            if series.form == Form::Surface {
+                assert!(name.parse::<f64>().is_ok() && points.len() == series.lines[0].1.len(), "{}", series.name);
+            }
+        }
+    }
+    let names: std::collections::BTreeSet<&str> = series.iter().map(|series| series.name.as_str()).collect();
+    assert_eq!(names.len(), series.len(), "names are different");
+}
+
+fn run(name: &str, method: &'static str, kind: Kind) -> Outcome {
+    let (environment, params) = (environment(name), ParamValues::new());
+    let (seed, delay_ticks, age_known, speed_mps_max, dt_s, t_max_s) = (1, 1, true, 1.0, 0.05, 60.0);
+    Run { environment, method, params, kind, seed, delay_ticks, age_known, speed_mps_max, dt_s, t_max_s }.run()
+}
+
+/// With default parameters and poses one tick old, as in the runtime: the fleets of the decentralised potential field.
+#[test]
+fn fleets_arrive_without_contact() {
+    for name in ["apf_antipodal8", "apf_cross4", "apf_dynamic", "apf_headon", "apf_headon_offset", "apf_close_goals_15"]
+    {
+        for method in ["liquid", "liquid-online"] {
+            for kind in [Kind::Point, Kind::Unicycle] {
+                let outcome = run(name, method, kind);
+                let clearance = outcome.robot_clearance.min(outcome.obstacle_clearance);
+                assert!(outcome.arrives(), "{name} {method} {kind:?}: {:?}", outcome.arrival_s);
+                assert!(clearance > 0.15, "{name} {method} {kind:?}: {clearance:.3}");
+            }
+        }
+    }
+}
+
+/// Alone among what stands and what moves.
+#[test]
+fn single_robots_arrive_without_contact() {
+    let everywhere =
+        ["rpoa_static", "rpoa_u_trap", "rpoa_moving6", "rpoa_orbiter", "pso_mass_point_1", "pso_mass_point_2"];
+    for name in everywhere {
+        for method in ["liquid", "liquid-online"] {
+            for kind in [Kind::Point, Kind::Unicycle] {
+                let outcome = run(name, method, kind);
+                assert!(outcome.arrives(), "{name} {method} {kind:?}");
+                assert!(
+                    outcome.obstacle_clearance > 0.05,
+                    "{name} {method} {kind:?}: {:.3}",
+                    outcome.obstacle_clearance
+                );
+            }
+        }
+    }
+    // The paper's own maps, for a unicycle that thinks first.
+    for name in ["two_obstacles", "gap", "near_goal", "corridor", "ring_side", "u_shallow", "u_trap", "u_resonance"] {
+        let outcome = run(&format!("liquid_{name}"), "liquid", Kind::Unicycle);
+        assert!(outcome.arrives() && outcome.obstacle_clearance > 0.0, "{name}: {:.3}", outcome.obstacle_clearance);
+    }
+}
