@@ -12,8 +12,8 @@
 //! percentage point, since 0.5 % of a length moves it that far, their clearance 0.01 m as in section 5. Where this was
 //! written, everything that is not random agrees to all printed digits, except two counts by one or two points.
 //!
-//! Map of the folder: [`experiment`] how the environments are run; [`examples`] the worked examples;
-//! [`expectations`] the environments; [`claims`] the claims in words; [`fleet`] the method as a robot runs it; `series`
+//! Map of the folder: `experiment` how the environments are run; `examples` the worked examples;
+//! `expectations` the environments; `claims` the claims in words; `fleet` the method as a robot runs it; `series`
 //! the figures.
 
 pub mod experiment;

@@ -46,7 +46,7 @@
 //! In a running fleet: the plan is made in pieces, at most `evaluations` distance computations a tick (overdrawn by at
 //! most one particle, or one check of a path). Until there is a path, a robot follows the field itself. Afterwards it
 //! drives towards a point `look_ahead` further along the path, away from what is nearer than `margin`, and under the
-//! push of other robots (the robot term of [`decentralized_apf`](crate::decentralized_apf), partly turned as in (17) and
+//! push of other robots (the robot term of [`decentralized_apf`], partly turned as in (17) and
 //! (18), so that robots that meet both give way to the right) and of whatever else moves. It plans again when something
 //! new stands in its way, when it was pushed far off or made no progress for `blocked` (then slow robots count as
 //! discs), and when the goal moved.
