@@ -13,6 +13,7 @@
 //! ranges      who hears and sees what     contact     swept clearances
 //! referee     goals, arrival, path        smoothness  jerk
 //! shortest    the path one could take     journal     log and notices
+//! shell       the process                 recorder    everything into a file
 //! ```
 
 mod arm;
@@ -25,6 +26,7 @@ mod links;
 mod motion;
 mod presence;
 mod ranges;
+pub mod recorder;
 mod referee;
 mod shapes;
 pub mod shell;

@@ -2,6 +2,7 @@
 //! the shell only finds out who answered.
 
 use crate::World;
+use crate::recorder::Recorder;
 use bus::{
     Address, BusError, Counter, FramePublisher, Gate, Metric, Node, NoticeSender, OrderReceiver, Progress, RobotReader,
     Sizes, StatsWriter, WorldWriter, clock,
@@ -14,8 +15,10 @@ use protocol::robot_to_world::Command;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::Odometry;
 use scenarios::{Mode, Scenario};
+use std::ffi::OsString;
 use std::fs::OpenOptions;
 use std::io::Write;
+use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -33,6 +36,11 @@ pub const OUTCOME_FILE: &str = "outcome";
 const OUTCOME_HALF: &str = "outcome.half";
 /// That room, bytes.
 const OUTCOME_ROOM: u64 = 256 * 1024;
+
+/// Name of the file in the run's root that holds the path of the record, if one is wanted.
+pub const RECORD_FILE: &str = "record";
+/// Name of the file in the run's root that says why there is no record, if there is none.
+pub const RECORD_FAILED_FILE: &str = "record.failed";
 
 /// Name of the world's statistics.
 pub const STATS_NAME: &str = "world";
@@ -68,6 +76,7 @@ pub fn main(root: &Path, parent: u32) -> Result<(), ShellError> {
     let half = address.file(OUTCOME_HALF);
     reserve(&half).map_err(|error| ShellError::File(half, error))?;
     let mut shell = Shell::open(&address, &scenario)?;
+    shell.recorder = recorder(&address, &scenario)?;
     match scenario.clock.mode {
         Mode::Realtime => shell.realtime(),
         Mode::Lockstep | Mode::Single => shell.lockstep(),
@@ -78,6 +87,14 @@ pub fn main(root: &Path, parent: u32) -> Result<(), ShellError> {
 fn reserve(path: &Path) -> std::io::Result<()> {
     let file = OpenOptions::new().write(true).create(true).truncate(true).open(path)?;
     Ok(rustix::fs::fallocate(&file, rustix::fs::FallocateFlags::empty(), 0, OUTCOME_ROOM)?)
+}
+
+/// Whoever writes the record, if the run has one.
+fn recorder(address: &Address, scenario: &Scenario) -> Result<Option<Recorder>, ShellError> {
+    #[expect(clippy::disallowed_methods, reason = "the shell learns once, before the loop, whether to record")]
+    let Ok(path) = std::fs::read(address.file(RECORD_FILE)) else { return Ok(None) };
+    let path = PathBuf::from(OsString::from_vec(path));
+    Recorder::begin(&path, scenario).map(Some).map_err(|error| ShellError::File(path, error))
 }
 
 struct Shell {
@@ -94,6 +111,7 @@ struct Shell {
     /// Commands of the tick that closes, by slot.
     commands: Vec<Option<Drive>>,
     bodies: Vec<FrameBody>,
+    recorder: Option<Recorder>,
     /// Seats whose process does not answer: nobody waits for them. Each with its signs of life until then.
     silent: Vec<(Seat, u64)>,
     /// `realtime`: since when each slot has been without a command, ns; its entry counts as one.
@@ -122,6 +140,7 @@ impl Shell {
             robots: (0..slots).map(|_| None).collect(),
             commands: vec![None; slots],
             bodies: Vec::new(),
+            recorder: None,
             silent: Vec::new(),
             commanded_ns: vec![0; slots],
             straggler_limit: Duration::from_secs_f64(scenario.fleet.straggler_limit_s),
@@ -233,8 +252,11 @@ impl Shell {
         self.send_notices();
     }
 
-    /// Publishes the frame of the present tick, if anybody watches.
+    /// Publishes the frame of the present tick, if anybody watches, and records it, if anybody wants that.
     fn show(&mut self, stamp_ns: u64) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.frame(&self.world);
+        }
         if self.frames.is_watched() {
             self.bodies.clear();
             self.world.frame(&mut self.bodies);
@@ -358,7 +380,12 @@ impl Shell {
         // No tick opens where the last one ended: without this, observers would never see how the run came out.
         self.show(clock::now_ns());
         self.send_notices();
-        let bytes = codec::encode(&self.world.outcome())?;
+        let outcome = self.world.outcome();
+        if let Some(Err(error)) = self.recorder.take().map(|recorder| recorder.finish(&outcome)) {
+            #[expect(clippy::disallowed_methods, reason = "the shell says why there is no record, after the loop")]
+            let _ = std::fs::write(address.file(RECORD_FAILED_FILE), error.to_string());
+        }
+        let bytes = codec::encode(&outcome)?;
         let (path, half) = (address.file(OUTCOME_FILE), address.file(OUTCOME_HALF));
         let written = (OpenOptions::new().write(true).open(&half))
             .and_then(|mut file| file.write_all(&bytes).and_then(|()| file.set_len(bytes.len() as u64)))
