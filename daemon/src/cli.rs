@@ -16,7 +16,9 @@ Examples:
   shoal run                            the demo: 15 robots, each a process
   shoal run demo-15 --mode lockstep    the same, reproducible and faster
   shoal run my.toml --report out.json  a scenario of your own, a report to keep
+  shoal run ring-15 --record ring.rec  and then `shoal plot ring.rec` draws it
   shoal planners                       the methods that can steer a robot
+  shoal reproduce                      what their papers report, and what we get
   shoal doctor                         can this machine run a fleet?
 
 Exit codes: 0 as expected, 1 not as expected, 2 wrong command line or scenario,
@@ -32,6 +34,13 @@ pub struct Cli {
 pub enum Verb {
     /// Run a scenario and report how it went
     Run(Box<RunArgs>),
+    /// Draw a recorded run as SVG
+    Plot(PlotArgs),
+    /// Hold the methods against their papers
+    Reproduce(ReproduceArgs),
+    /// Measure the parts
+    #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
+    Bench(BenchVerb),
     /// Check scenarios without running them
     Validate(ValidateArgs),
     /// Print the JSON Schema of scenario files
@@ -147,10 +156,89 @@ pub struct RunArgs {
     /// Write the report to this file as JSON
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
-    /// Record the run's frames (not built yet).
-    #[arg(long, value_name = "FILE", hide = true)]
+    /// Record every tick in this file, for `shoal plot`
+    #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// How to print the report on standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal plot`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal run ring-15 --mode single --record ring.rec
+  shoal plot ring.rec                  draws ring.svg
+  shoal plot ring.rec --out - | less   on standard output
+  shoal plot out.json                  the record that a report names
+
+It prints the name of the picture.")]
+pub struct PlotArgs {
+    /// What `shoal run --record` wrote, or the report of such a run
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Where to draw; without it, beside the record. `-` is standard output
+    #[arg(long, value_name = "FILE.svg")]
+    pub out: Option<PathBuf>,
+}
+
+/// `shoal reproduce`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal reproduce                      every paper
+  shoal reproduce rpoa                 one of them
+  shoal reproduce amr-apf --runs 11    its fleets from eleven starts
+  shoal reproduce --out figures        the figures too, as CSV and SVG
+
+A row holds when ours is within the tolerance of the oracle, the reference
+implementation of the paper's specification, or of the paper. Exit code 0: all
+rows hold. 1: some do not; what is known of the reason is in their notes.
+130: interrupted, after the rows that there are.")]
+pub struct ReproduceArgs {
+    /// Only this paper
+    #[arg(value_name = "PAPER")]
+    pub paper: Option<String>,
+    /// Starts of each fleet that runs as real processes; 0 runs none of them
+    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true)]
+    pub runs: u32,
+    /// Write the figures into this directory, as CSV and SVG
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal bench`.
+#[derive(Debug, Subcommand)]
+pub enum BenchVerb {
+    /// How long each method takes to plan a tick
+    Planners(BenchPlannersArgs),
+    /// A word that is no verb, or a verb that is not built yet.
+    #[command(external_subcommand)]
+    Other(Vec<OsString>),
+}
+
+/// `shoal bench planners`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal bench planners                 every method
+  shoal bench planners apf rpoa        some of them
+  shoal bench planners --format json > planners.json
+
+Every figure is of one plan: the median, and what 99 of 100 take at most. All
+cells take turns, so that a disturbance does not hit one of them alone.")]
+pub struct BenchPlannersArgs {
+    /// Only these methods
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+    /// Plans per method and cell; a slow method makes fewer
+    #[arg(long, value_name = "N", default_value_t = 3000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub plans: u32,
+    /// How to print
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }

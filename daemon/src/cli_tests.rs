@@ -85,10 +85,12 @@ fn usage_errors_have_code_2() {
 #[test]
 fn help_shows_what_exists_and_nothing_else() {
     let help = Cli::command().render_long_help().to_string();
-    for verb in ["run", "validate", "schema", "planners", "doctor", "clean", "ps", "add", "task"] {
+    for verb in
+        ["run", "plot", "reproduce", "bench", "validate", "schema", "planners", "doctor", "clean", "ps", "add", "task"]
+    {
         assert!(help.contains(&format!("\n  {verb} ")), "{verb}: {help}");
     }
-    for verb in ["agent", "world", "guardian", "other", "up", "down", "stress", "bench"] {
+    for verb in ["agent", "world", "guardian", "other", "up", "down", "stress"] {
         assert!(!help.contains(&format!("\n  {verb} ")), "{verb}: {help}");
     }
 }

@@ -6,15 +6,19 @@
 //! report          what came out                   supervisor   the processes of a fleet, and what they share
 //! progress, out   what people see meanwhile       coordinator  which process should run: pure
 //! exit            codes and failures              guardian     cleans after a killed daemon
+//! file, record    what people keep                picture      the same as SVG
 //! ```
 
 pub mod cli;
 pub mod coordinator;
 pub mod exit;
+pub mod file;
 pub mod guardian;
 pub mod out;
+pub mod picture;
 pub mod processes;
 pub mod progress;
+pub mod record;
 pub mod report;
 pub mod run;
 pub mod signals;

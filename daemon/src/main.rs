@@ -35,6 +35,9 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
     }
     match verb {
         Verb::Run(options) => shoal::run::run(options),
+        Verb::Plot(options) => done(verbs::plot::plot(options)),
+        Verb::Reproduce(options) => verbs::reproduce::run(options),
+        Verb::Bench(verb) => verbs::bench::run(verb),
         Verb::Validate(options) => verbs::validate::run(options),
         Verb::Schema(_) => done(verbs::schema::run()),
         Verb::Planners(options) => done(verbs::planners::run(options)),

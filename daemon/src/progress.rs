@@ -94,6 +94,58 @@ impl Drop for Progress {
     }
 }
 
+/// What a long work is at: one line that changes on a terminal, a line now and then elsewhere.
+#[derive(Debug)]
+pub struct Live {
+    terminal: bool,
+    shown: Option<Instant>,
+    line: String,
+}
+
+impl Live {
+    /// Nothing to say yet.
+    pub fn new() -> Live {
+        let terminal = out::stderr_terminal_width().is_some();
+        Live { terminal, shown: (!terminal).then(now), line: String::new() }
+    }
+
+    /// Says what comes next, if it is time to.
+    pub fn say(&mut self, what: &str) {
+        let every = if self.terminal { TERMINAL_EVERY } else { PLAIN_EVERY };
+        let now = now();
+        if self.shown.is_some_and(|shown| now.duration_since(shown) < every) {
+            return;
+        }
+        self.shown = Some(now);
+        if !self.terminal {
+            return out::talk(what);
+        }
+        let width = out::stderr_terminal_width().unwrap_or(80).saturating_sub(1);
+        self.line = fit(what.to_owned(), width);
+        write(&format!("\r\x1b[2K{}", self.line));
+    }
+
+    /// Takes the line away.
+    pub fn finish(&mut self) {
+        if self.terminal && !self.line.is_empty() {
+            write("\r\x1b[2K");
+        }
+        self.line.clear();
+    }
+}
+
+impl Default for Live {
+    fn default() -> Live {
+        Live::new()
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
 #[expect(clippy::disallowed_methods, reason = "progress is for people, who live in real time")]
 fn now() -> Instant {
     Instant::now()

@@ -48,6 +48,8 @@ pub struct RunFacts {
     pub startup_ms: Option<f64>,
     /// Shared memory of the fleet, bytes.
     pub shm_bytes: Option<u64>,
+    /// Where the record of the run is.
+    pub record: Option<String>,
 }
 
 impl RunFacts {
@@ -65,6 +67,7 @@ impl RunFacts {
             processes: Vec::new(),
             startup_ms: None,
             shm_bytes: None,
+            record: None,
         }
     }
 }
@@ -214,6 +217,9 @@ pub struct Report {
     pub sim_time_s_max: f64,
     /// Events that the log had no room for.
     pub events_lost: u64,
+    /// Where the record of the run is, for `shoal plot`; null if there is none.
+    #[serde(default)]
+    pub record: Option<String>,
 }
 
 /// How the fleet did.

@@ -3,16 +3,17 @@
 use crate::cli::{FilterArg, RunArgs};
 use crate::exit::Failure;
 use crate::progress::{Progress, ProgressState};
+use crate::record::RecordPlace;
 use crate::report::{self, LatencyFacts, ProcessFacts, RobotFacts, RunFacts, sink};
+use crate::signals::Interrupted;
 use crate::source;
 use crate::supervisor::{self, Finished, Watch};
-use crate::{coordinator, signals, single};
+use crate::{coordinator, single};
 use bus::{Counter, Metric, StatsSnapshot, clock};
 use protocol::world_to_daemon::{Notice, Outcome};
 use scenarios::{Mode, Overrides, Scenario};
 use std::ops::ControlFlow;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+use world_sim::World;
 
 /// In `single`, ticks between two looks at the clock for the live line.
 const TICKS_PER_LOOK: u64 = 64;
@@ -27,9 +28,6 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
             Failure::usage("`--filter half-gap` is not built yet").hint("run without a filter: `--filter none`")
         );
     }
-    if options.record.is_some() {
-        return Err(Failure::usage("`--record` is not built yet").hint("`--report FILE.json` keeps the report"));
-    }
     let overrides = Overrides {
         mode: options.mode.map(Mode::from),
         planner: options.planner.clone(),
@@ -40,36 +38,37 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     };
     let scenario = source::load(&options.scenario, &overrides)?;
     let file = options.report.as_deref().map(sink::ReportFile::prepare).transpose()?;
-    let facts = match scenario.clock.mode {
-        Mode::Single => in_one_thread(scenario)?,
-        Mode::Lockstep | Mode::Realtime => as_processes(scenario)?,
+    let record = options.record.as_deref().map(RecordPlace::prepare).transpose()?;
+    let (mut facts, recorded) = match scenario.clock.mode {
+        Mode::Single => in_one_thread(scenario, record.as_ref())?,
+        Mode::Lockstep | Mode::Realtime => as_processes(scenario, record.as_ref())?,
     };
+    facts.record = record.filter(|_| recorded.is_ok()).map(|place| place.path().to_string_lossy().into_owned());
     let report = report::assemble(facts);
     // The file first: a reader of standard output may have gone away, and nothing must get lost with it.
     if let Some(file) = file {
         file.write(&report)?;
     }
     sink::print(&report, options.format)?;
-    Ok(report.exit_code)
+    recorded.map(|()| report.exit_code)
 }
 
+/// What is known of a run that has ended, and whether its record could be written.
+type Ran = (RunFacts, Result<(), Failure>);
+
 /// `single`: no process, no shared memory.
-fn in_one_thread(scenario: Scenario) -> Result<RunFacts, Failure> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    signals::held_back(|| {
-        signals::ENDINGS.into_iter().try_for_each(|signal| {
-            // The order matters: the second signal finds the flag set by the first, and ends the process.
-            let flag = || Arc::clone(&interrupted);
-            signal_hook::flag::register_conditional_shutdown(signal, crate::exit::INTERRUPTED, flag())
-                .and_then(|_| signal_hook::flag::register(signal, flag()))
-                .map(drop)
-        })
-    })
-    .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
+fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran, Failure> {
+    let interrupted = Interrupted::watch()?;
+    let mut recorder = record.map(|place| place.begin(&scenario)).transpose()?;
     let mut progress = Progress::new(scenario.robots.len(), scenario.clock.ticks_max, scenario.clock.tick_hz);
     let started_ns = clock::now_ns();
     let wall_s = move || clock::now_ns().saturating_sub(started_ns) as f64 * 1e-9;
-    let outcome = single::run(&scenario, &mut |world, notices| {
+    let show = &mut |world: &World| {
+        if let Some(recorder) = &mut recorder {
+            recorder.frame(world);
+        }
+    };
+    let outcome = single::run_shown(&scenario, show, &mut |world, notices| {
         for notice in notices {
             if let Notice::Log(event) = notice
                 && coordinator::is_news(event)
@@ -86,23 +85,26 @@ fn in_one_thread(scenario: Scenario) -> Result<RunFacts, Failure> {
                 wall_s: wall_s(),
             });
         }
-        if interrupted.load(SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if interrupted.yes() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     progress.finish();
     let outcome: Outcome = outcome.map_err(|error| Failure::usage(error.to_string()))?;
+    let recorded = record.zip(recorder).map_or(Ok(()), |(place, recorder)| place.finish(recorder, &outcome));
     let mut facts = RunFacts::new(scenario, outcome, wall_s());
     facts.processes.push(this_process());
-    facts.interrupted = interrupted.load(SeqCst);
-    Ok(facts)
+    facts.interrupted = interrupted.yes();
+    Ok((facts, recorded))
 }
 
 /// `lockstep` and `realtime`: every robot a process.
-fn as_processes(scenario: Scenario) -> Result<RunFacts, Failure> {
+fn as_processes(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran, Failure> {
     let (robots, time) = (scenario.robots.len(), scenario.clock);
     let mut terminal = Terminal(Progress::new(robots, time.ticks_max, time.tick_hz));
-    let finished = supervisor::run(scenario, &mut terminal);
+    let finished = supervisor::run(scenario, record.map(RecordPlace::path), &mut terminal);
     terminal.0.finish();
-    Ok(facts_of(finished?))
+    let finished = finished?;
+    let failed = record.zip(finished.record_failed.as_ref()).map(|(place, cause)| place.failed(cause));
+    Ok((facts_of(finished), failed.map_or(Ok(()), Err)))
 }
 
 /// The live line of a fleet.
@@ -124,7 +126,8 @@ impl Watch for Terminal {
     }
 }
 
-fn facts_of(finished: Finished) -> RunFacts {
+/// Everything but where the record is.
+pub(crate) fn facts_of(finished: Finished) -> RunFacts {
     let realtime = finished.scenario.clock.mode == Mode::Realtime;
     let mut merged = StatsSnapshot::default();
     for (_, snapshot) in &finished.stats {
@@ -176,6 +179,7 @@ fn facts_of(finished: Finished) -> RunFacts {
         processes,
         startup_ms: finished.startup_ms,
         shm_bytes: Some(finished.shm_bytes),
+        record: None,
         scenario,
     }
 }

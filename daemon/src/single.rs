@@ -30,6 +30,19 @@ pub fn run(
     scenario: &Scenario,
     watch: &mut dyn FnMut(&World, &[Notice]) -> ControlFlow<()>,
 ) -> Result<Outcome, AgentError> {
+    run_shown(scenario, &mut |_| {}, watch)
+}
+
+/// The same; `show` sees what observers of a real fleet see: the world when a tick has been opened, and once more at the
+/// end.
+///
+/// # Errors
+/// When a robot's method cannot be built.
+pub fn run_shown(
+    scenario: &Scenario,
+    show: &mut dyn FnMut(&World),
+    watch: &mut dyn FnMut(&World, &[Notice]) -> ControlFlow<()>,
+) -> Result<Outcome, AgentError> {
     let mut world = World::new(scenario);
     let mut cells: Vec<Option<Cell>> = scenario.robots.iter().map(|_| None).collect();
     let mut heard: Vec<(NeighborRef, PosePair)> = Vec::new();
@@ -38,6 +51,7 @@ pub fn run(
 
     while !world.finished() {
         world.open(&mut |_| true);
+        show(&world);
         answers.clear();
         for seat in world.participants().to_vec() {
             enter(&mut cells, scenario, seat)?;
@@ -67,6 +81,7 @@ pub fn run(
             break;
         }
     }
+    show(&world);
     Ok(world.outcome())
 }
 

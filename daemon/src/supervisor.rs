@@ -17,6 +17,7 @@ use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal as Kill};
 use scenarios::{Mode, Scenario};
+use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::time::Duration;
 
@@ -47,6 +48,8 @@ pub struct Finished {
     pub shm_bytes: u64,
     /// Somebody asked for the end before its time.
     pub interrupted: bool,
+    /// Why there is no record, if one was wanted and there is none.
+    pub record_failed: Option<String>,
 }
 
 /// Whoever watches a run.
@@ -87,18 +90,18 @@ pub struct Supervisor {
     _lease: Lease,
 }
 
-/// Runs a scenario as real processes, and removes everything of it afterwards.
+/// Runs a scenario as real processes, and removes everything of it afterwards. The world leaves a record at `record`.
 ///
 /// # Errors
 /// When the environment fails: shared memory, an executable, a process that cannot be started, a dead world; or when
 /// the run is interrupted twice.
-pub fn run(scenario: Scenario, watch: &mut dyn Watch) -> Result<Finished, Failure> {
+pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> Result<Finished, Failure> {
     crate::processes::check_executables(&scenario)?;
     // First of all: whoever ends the run from here on finds somebody who cleans.
     let signals = Signals::install()
         .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
     let address = Address::create()?;
-    let result = Supervisor::create(address.clone(), scenario, signals).and_then(|mut supervisor| {
+    let result = Supervisor::create(address.clone(), scenario, record, signals).and_then(|mut supervisor| {
         let result =
             supervisor.start().and_then(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
         supervisor.children.kill_all();
@@ -117,13 +120,21 @@ pub fn run(scenario: Scenario, watch: &mut dyn Watch) -> Result<Finished, Failur
 
 impl Supervisor {
     /// Creates the fleet's shared memory; no process runs yet but the guardian.
-    fn create(address: Address, scenario: Scenario, signals: Signals) -> Result<Supervisor, Failure> {
+    fn create(
+        address: Address,
+        scenario: Scenario,
+        record: Option<&Path>,
+        signals: Signals,
+    ) -> Result<Supervisor, Failure> {
         let lease = Lease::take(&address)?;
         let sizes = Sizes { max_robots: scenario.fleet.max_robots as u32, shape_pieces: scenario.shape_pieces() };
         sizes.check_space(&address)?;
         crate::processes::raise_open_files();
         let guardian = Guardian::start(&address)?;
         write(&address, world_sim::shell::SCENARIO_FILE, &scenario)?;
+        if let Some(record) = record {
+            write_bytes(&address.file(world_sim::shell::RECORD_FILE), record.as_os_str().as_bytes())?;
+        }
         let node = Node::new(&address, "daemon")?;
         let services = Services::create(&node, sizes)?;
         Ok(Supervisor {
@@ -230,6 +241,9 @@ impl Supervisor {
             startup_ms: start_ns.map(|start_ns| start_ns.saturating_sub(self.spawned_ns) as f64 * 1e-6),
             shm_bytes,
             interrupted: self.coordinator.interrupted(),
+            record_failed: self
+                .left_by_world(world_sim::shell::RECORD_FAILED_FILE)
+                .map(|cause| String::from_utf8_lossy(&cause).into_owned()),
         })
     }
 
@@ -379,10 +393,12 @@ impl Supervisor {
     }
 
     fn outcome(&self) -> Option<Outcome> {
-        let path = self.address.file(world_sim::shell::OUTCOME_FILE);
+        codec::decode(&self.left_by_world(world_sim::shell::OUTCOME_FILE)?).ok()
+    }
+
+    fn left_by_world(&self, name: &str) -> Option<Vec<u8>> {
         #[expect(clippy::disallowed_methods, reason = "the supervisor reads what the world left")]
-        let bytes = std::fs::read(path).ok()?;
-        codec::decode(&bytes).ok()
+        std::fs::read(self.address.file(name)).ok()
     }
 }
 

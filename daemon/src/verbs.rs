@@ -1,12 +1,15 @@
 //! The verbs of the command line, one file each. `run` has a module of its own.
 
 pub mod add;
+pub mod bench;
 pub mod clean;
 pub mod doctor;
 pub mod fleet;
 pub mod internal;
 pub mod planners;
+pub mod plot;
 pub mod ps;
+pub mod reproduce;
 pub mod schema;
 pub mod task;
 pub mod unbuilt;

@@ -21,6 +21,10 @@ macro_rules! texts {
 texts! {
     of_shoal: "--help",
     of_run: "run --help",
+    of_plot: "plot --help",
+    of_reproduce: "reproduce --help",
+    of_bench: "bench --help",
+    of_bench_planners: "bench planners --help",
     of_validate: "validate --help",
     of_schema: "schema --help",
     of_planners: "planners --help",
@@ -41,7 +45,10 @@ fn no_verb_is_forgotten() {
     let command = shoal::cli::Cli::command();
     let verbs: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
-    assert_eq!(verbs, ["run", "validate", "schema", "planners", "doctor", "clean", "ps", "add", "task"]);
+    assert_eq!(
+        verbs,
+        ["run", "plot", "reproduce", "bench", "validate", "schema", "planners", "doctor", "clean", "ps", "add", "task"]
+    );
 }
 
 /// Examples are laid out by hand: a terminal of 80 columns must not break them.

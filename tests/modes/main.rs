@@ -4,5 +4,6 @@
 mod hashes;
 mod live;
 mod load;
+mod records;
 mod report;
 mod support;

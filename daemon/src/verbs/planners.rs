@@ -32,7 +32,7 @@ pub fn run(options: &PlannersArgs) -> Result<(), Failure> {
     }
 }
 
-fn find(name: &str) -> Result<&'static Method, Failure> {
+pub(super) fn find(name: &str) -> Result<&'static Method, Failure> {
     planners::find(name).ok_or_else(|| {
         let known: Vec<&str> = METHODS.iter().map(|method| method.name).collect();
         let list = known.join(", ");
@@ -60,6 +60,8 @@ fn explain(page: &mut Page, method: &Method) {
         page.gap();
         page.words(method.source, 0);
     }
+    page.gap();
+    page.words(&format!("It drives robots of kind {}.", kinds(method).join(", ")), 0);
     page.gap();
     let specs = (method.params)();
     if specs.is_empty() {
@@ -115,7 +117,12 @@ fn range_text(kind: &ParamKind) -> String {
 fn method_json(method: &Method) -> Value {
     let params: Vec<Value> = (method.params)().iter().map(param_json).collect();
     let source = (!method.source.is_empty()).then_some(method.source);
-    json!({ "name": method.name, "summary": method.summary, "source": source, "params": params })
+    let kinds = kinds(method);
+    json!({ "name": method.name, "summary": method.summary, "source": source, "kinds": kinds, "params": params })
+}
+
+fn kinds(method: &Method) -> Vec<&'static str> {
+    method.kinds.iter().map(|kind| kind.word()).collect()
 }
 
 fn param_json(spec: &ParamSpec) -> Value {

@@ -16,9 +16,9 @@ const UNBUILT: &[(&str, &str)] = &[
     ("latency", "the report of `shoal run` has the latency: `--format json`, key `latency`"),
     ("logs", "the report of `shoal run` has what happened: `--format json`, key `events`"),
     ("stress", "`shoal run scale-64` runs a large fleet"),
-    ("bench", "the report of `shoal run` has the timing: `--format json`, keys `latency` and `resources`"),
-    ("reproduce", "`shoal planners NAME` shows a method's paper; `shoal run --planner NAME` runs it"),
-    ("plot", "`shoal run --report FILE.json` keeps what other tools can plot"),
+    ("bench loop", "the report of `shoal run --mode realtime` has the timing: `--format json`, key `latency`"),
+    ("bench realtime", "the report of `shoal run --mode realtime` has the timing: `--format json`, key `latency`"),
+    ("bench startup", "the report of `shoal run` has the time: `--format json`, key `resources.startup_ms`"),
     ("replay", "`shoal run --mode lockstep` with the same seed drives the same trajectories"),
     ("task list", "`shoal ps` shows every robot's goal, and how many are left"),
     ("task cancel", "`shoal task send ID X,Y --now` replaces the goals that a robot has"),
@@ -34,6 +34,13 @@ pub fn refuse_task(words: &[OsString]) -> Failure {
     let command = Cli::command();
     let task = command.find_subcommand("task").cloned().unwrap_or(command);
     refuse_below(&task, "task ", words)
+}
+
+/// Refuses what was said in place of a verb of `shoal bench`.
+pub fn refuse_bench(words: &[OsString]) -> Failure {
+    let command = Cli::command();
+    let bench = command.find_subcommand("bench").cloned().unwrap_or(command);
+    refuse_below(&bench, "bench ", words)
 }
 
 fn refuse_below(command: &clap::Command, before: &str, words: &[OsString]) -> Failure {

@@ -1,0 +1,18 @@
+//! `shoal bench`: how long the parts take. Figures of this machine at this moment; nothing is judged by them.
+
+mod planners;
+
+use super::unbuilt;
+use crate::cli::BenchVerb;
+use crate::exit::Failure;
+
+/// Measures, prints, and says how to exit.
+///
+/// # Errors
+/// With exit code 2, when what was asked for is not there.
+pub fn run(verb: &BenchVerb) -> Result<i32, Failure> {
+    match verb {
+        BenchVerb::Planners(options) => planners::run(options),
+        BenchVerb::Other(words) => Err(unbuilt::refuse_bench(words)),
+    }
+}

@@ -1,0 +1,189 @@
+//! The verbs that draw, compare and measure.
+
+use crate::support::{Here, shoal};
+use serde_json::Value;
+use shoal_tests::process::{Ended, Place, text_of, wait_for};
+use std::path::Path;
+
+fn json(ended: &Ended) -> Value {
+    serde_json::from_str(&ended.stdout).unwrap_or_else(|error| panic!("{error}\n{ended}"))
+}
+
+/// A picture that a browser would show: every tag that is opened is closed, and every number is one.
+fn check_picture(svg: &str) {
+    assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{svg:.200}");
+    let opened = svg.matches('<').count() - svg.matches("</").count();
+    assert_eq!(opened, svg.matches("/>").count() + svg.matches("</").count(), "{svg:.200}");
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg:.200}");
+}
+
+fn text(path: &Path) -> String {
+    text_of(path).unwrap_or_else(|| panic!("{} is not there", path.display()))
+}
+
+#[test]
+fn a_recorded_run_can_be_drawn() {
+    let here = Here::new();
+    for name in shoal_tests::catalog_names() {
+        let ended = here.shoal(&format!("run {name} --mode single --record run.rec --report run.json --duration 3s"));
+        assert!(matches!(ended.code, Some(0 | 1 | 4)), "{ended}");
+        let ended = here.shoal("plot run.rec");
+        assert_eq!((ended.code, ended.stdout.as_str()), (Some(0), "run.svg\n"), "{ended}");
+        let picture = text(&here.path().join("run.svg"));
+        check_picture(&picture);
+        let report: Value = serde_json::from_str(&text(&here.path().join("run.json"))).expect("JSON");
+        let robots = report["per_robot"].as_array().expect("a list");
+        for robot in robots.iter().filter(|robot| robots.len() <= 20 && robot["gone"] != "never-joined") {
+            let id = robot["id"].as_str().expect("a name");
+            assert!(picture.contains(&format!("\n{id}\n")), "{name}: no {id}");
+        }
+        // The report leads to its record, and standard output takes the same picture.
+        for line in ["plot run.json --out -", "plot run.rec --out -"] {
+            assert_eq!(here.shoal(line).stdout, picture, "{name}: {line}");
+        }
+        let ended = here.shoal("plot run.rec --out other.svg");
+        assert_eq!((ended.code, text(&here.path().join("other.svg")) == picture), (Some(0), true), "{ended}");
+    }
+}
+
+#[test]
+fn contacts_are_in_the_picture() {
+    let here = Here::new();
+    here.shoal("run head-on --mode single --planner straight --record run.rec");
+    let picture = here.shoal("plot run.rec --out -").stdout;
+    assert!(picture.contains("1 contact ") && picture.contains("\ncontact\n"), "{picture}");
+    here.shoal("run head-on --mode single --record run.rec");
+    let picture = here.shoal("plot run.rec --out -").stdout;
+    assert!(picture.contains("no contact") && !picture.contains("\ncontact\n"), "{picture}");
+}
+
+/// (what there is to draw, what the message must name)
+#[test]
+fn what_cannot_be_drawn_is_refused() {
+    let here = Here::new();
+    here.shoal("run head-on --mode single --record whole.rec --report whole.json");
+    here.shoal("run head-on --mode single --report alone.json");
+    let whole = std::fs::read(here.path().join("whole.rec")).expect("the record");
+    here.file("half.rec", &whole[..whole.len() / 2]);
+    here.file("foreign.rec", b"\x7fELF and so on");
+    here.file("empty.rec", b"");
+    let mut changed = whole.clone();
+    changed[whole.len() / 2] ^= 1;
+    here.file("changed.rec", &changed);
+    changed = whole;
+    changed[8] += 1;
+    here.file("newer.rec", &changed);
+    here.file("my.toml", "[[robot]]\nid = \"a\"\nstart_m = [0, 0]\ngoal_m = [5, 0]\n");
+    let mut all = String::new();
+    let check = |all: &mut String, file: &str, names: &[&str]| {
+        let ended = here.shoal(&format!("plot {file}"));
+        assert_eq!((ended.code, ended.stdout.as_str()), (Some(2), ""), "{ended}");
+        assert!(ended.stderr.starts_with("error: ") && ended.stderr.contains("\nhint: "), "{ended}");
+        names.iter().for_each(|name| assert!(ended.stderr.contains(name), "`{name}` is not in {ended}"));
+        all.push_str(&format!("$ shoal plot {file}\n{}\n", ended.stderr));
+    };
+    check(&mut all, "half.rec", &["half.rec", "cut off"]);
+    check(&mut all, "foreign.rec", &["foreign.rec", "not a record", "--record"]);
+    check(&mut all, "empty.rec", &["not a record"]);
+    check(&mut all, "changed.rec", &["damaged"]);
+    check(&mut all, "newer.rec", &["version 2", "version 1"]);
+    check(&mut all, "nothing.rec", &["nothing.rec", "No such file"]);
+    check(&mut all, "alone.json", &["not recorded", "--record"]);
+    check(&mut all, "my.toml", &["not a record", "shoal run my.toml --record"]);
+    check(&mut all, "head-on", &["shoal run head-on --record"]);
+    // The report remains, its record is now another one's.
+    here.shoal("run head-on --mode single --planner straight --record whole.rec");
+    let ended = here.shoal("plot whole.json");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.stderr.contains("another run"), "{ended}");
+    insta::assert_snapshot!(all);
+    let ended = here.shoal("plot whole.rec --out no/such/folder.svg");
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.stderr.contains("picture `no/such/folder.svg`") && ended.stderr.contains("mkdir -p"), "{ended}");
+}
+
+#[test]
+fn records_without_a_place() {
+    let here = Here::new();
+    let mut all = String::new();
+    for place in ["nowhere/out.rec", ".", "/dev/null"] {
+        let ended = here.shoal(&format!("run head-on --mode single --record {place}"));
+        assert_eq!((ended.code, ended.stdout.as_str()), (Some(3), ""), "{ended}");
+        all += &ended.stderr;
+    }
+    insta::assert_snapshot!(all);
+}
+
+/// Every row has what a reader needs, and the exit code is what the rows say.
+#[test]
+fn a_paper_is_reproduced() {
+    let here = Here::new();
+    let ended = here.shoal("reproduce decentralized-apf --runs 0 --out figures --format json");
+    let document = json(&ended);
+    assert_eq!(document["schema"], "shoal.reproduce/1", "{ended}");
+    let rows = document["rows"].as_array().expect("a list");
+    assert!(rows.len() > 50 && rows.iter().all(|row| row["paper"] == "decentralized-apf"), "{ended}");
+    let hold = rows.iter().filter(|row| row["ok"] == true).count();
+    assert_eq!(document["papers"][0]["hold"], hold, "{ended}");
+    assert_eq!(ended.code, Some(i32::from(hold < rows.len())), "{ended}");
+    assert_eq!(document["exit_code"].as_i64(), ended.code.map(i64::from));
+    let figures = document["figures"].as_array().expect("a list");
+    assert!(!figures.is_empty());
+    for name in figures.iter().filter_map(Value::as_str) {
+        let text = text(&here.path().join("figures").join(name));
+        match name.ends_with(".svg") {
+            true => check_picture(&text),
+            false => assert!(text.starts_with("line,") && text.lines().count() > 2, "{name}: {text}"),
+        }
+    }
+    let ended = here.shoal("reproduce decentralized-apf --runs 0");
+    assert!(ended.stdout.lines().all(|line| line.chars().count() <= 80), "{ended}");
+    let summary = format!("decentralized-apf: {} rows", rows.len());
+    assert!(ended.stdout.contains(&summary), "{summary}: {}", ended.stdout);
+}
+
+/// As real processes the fleets of a paper do what they do in one thread.
+#[test]
+fn a_paper_with_its_fleets() {
+    let _place = Place::take();
+    let document = json(&shoal("reproduce decentralized-apf --runs 1 --format json"));
+    let rows = document["rows"].as_array().expect("a list").iter();
+    let fleets: Vec<&Value> = rows.filter(|row| row["item"].as_str().unwrap_or("").contains("in lockstep")).collect();
+    assert!(fleets.len() > 20);
+    fleets.iter().for_each(|row| assert_eq!(row["ok"], true, "{row:#}"));
+}
+
+/// Long work can be broken off: what there is is printed.
+#[test]
+fn reproduction_can_be_interrupted() {
+    let here = Here::new();
+    let running = here.run("reproduce --format json").start();
+    // From here on it minds the signal.
+    let minds = |status: String| {
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"))?;
+        let caught = u64::from_str_radix(caught.trim(), 16).ok()?;
+        (caught & (1 << (rustix::process::Signal::INT.as_raw() - 1)) != 0).then_some(())
+    };
+    wait_for("its handler", || text_of(format!("/proc/{}/status", running.pid())).and_then(minds));
+    running.signal(rustix::process::Signal::INT);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(130), "{ended}");
+    let document = json(&ended);
+    assert_eq!((&document["interrupted"], &document["exit_code"]), (&true.into(), &130.into()), "{ended}");
+    let papers = document["papers"].as_array().expect("a list");
+    assert_eq!(papers.last().map(|paper| &paper["complete"]), Some(&false.into()), "{ended}");
+}
+
+#[test]
+fn plans_are_timed() {
+    let cells = json(&shoal("bench planners straight rpoa --plans 5 --format json"))["cells"].clone();
+    let cells = cells.as_array().expect("a list");
+    assert_eq!(cells.len(), 2 * 4 * 2);
+    for cell in cells {
+        assert_eq!(cell["plans"], 5, "{cell:#}");
+        assert!(cell["p50_us"].as_f64() <= cell["p99_us"].as_f64(), "{cell:#}");
+    }
+    let ended = shoal("bench planners straight --plans 5");
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""), "{ended}");
+    assert!(ended.stdout.contains("straight") && ended.stdout.lines().all(|l| l.chars().count() <= 80), "{ended}");
+}
