@@ -1,8 +1,10 @@
 //! Time for the shells: one monotonic clock that all processes of a machine share, and absolute sleeps.
 
+use rustix::fs::{Mode, OFlags};
 use rustix::thread::ClockId;
 use rustix::time::Timespec;
 use std::num::NonZeroU64;
+use std::os::fd::OwnedFd;
 
 const NS_PER_S: u64 = 1_000_000_000;
 
@@ -46,6 +48,28 @@ fn schedstat(path: &str) -> Option<Schedstat> {
     Some(Schedstat { ran_ns: fields.next()?.parse().ok()?, waited_ns: fields.next()?.parse().ok()? })
 }
 
+/// The scheduler's counters of one thread, kept open: a look is one system call, and allocates nothing.
+pub struct RunQueue {
+    file: OwnedFd,
+}
+
+impl RunQueue {
+    /// Those of the calling thread; `None` where the kernel does not keep them.
+    pub fn open() -> Option<RunQueue> {
+        let file = rustix::fs::open("/proc/thread-self/schedstat", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty());
+        let mut queue = RunQueue { file: file.ok()? };
+        queue.waited_ns().is_some().then_some(queue)
+    }
+
+    /// Time ready to run, without a processor, ns, since the thread began.
+    pub fn waited_ns(&mut self) -> Option<u64> {
+        // Three numbers of at most twenty digits.
+        let mut bytes = [0_u8; 80];
+        let len = rustix::io::retry_on_intr(|| rustix::io::pread(&self.file, &mut bytes, 0)).ok()?;
+        str::from_utf8(&bytes[..len]).ok()?.split_ascii_whitespace().nth(1)?.parse().ok()
+    }
+}
+
 pub(crate) fn timespec(ns: u64) -> Timespec {
     #[expect(clippy::cast_possible_wrap, reason = "2^63 ns are 292 years, and the remainder is below a second")]
     Timespec { tv_sec: (ns / NS_PER_S) as i64, tv_nsec: (ns % NS_PER_S) as i64 }
@@ -70,5 +94,15 @@ mod tests {
             assert!(stat.ran_ns > 0);
         }
         assert_eq!(schedstat_of(u32::MAX), None);
+    }
+
+    #[test]
+    fn a_queue_that_is_kept_open_goes_on_counting() {
+        let Some(mut queue) = RunQueue::open() else { return };
+        let first = queue.waited_ns().unwrap();
+        // The same number by another way, before and after.
+        let between = schedstat("/proc/thread-self/schedstat").unwrap().waited_ns;
+        let last = queue.waited_ns().unwrap();
+        assert!(first <= between && between <= last, "{first} {between} {last}");
     }
 }

@@ -59,6 +59,7 @@ const TICK: usize = 72;
 /// the time of k + 1.
 const STAMPS: [usize; 2] = [80, 88];
 const START: usize = 96;
+const OVER: usize = 104;
 const COUNTER: usize = 128;
 const BELL: usize = 192;
 const CALLS: usize = 196;
@@ -313,6 +314,16 @@ impl Gate {
     /// Whether the run is over.
     pub fn stopped(&self) -> bool {
         self.map.u32_at(STOP).load(Acquire) != 0
+    }
+
+    /// The world: the last tick is over. Nobody need go on, and nothing counts any more; the processes end at the stop.
+    pub fn set_over(&self) {
+        self.map.u32_at(OVER).store(1, Release);
+    }
+
+    /// Whether the last tick is over.
+    pub fn over(&self) -> bool {
+        self.map.u32_at(OVER).load(Acquire) != 0
     }
 
     /// Makes the world look at its orders, now or at its next wait.

@@ -9,6 +9,7 @@
 //! control       daemon <-> world    orders and notices                           ring in a file, and a bell
 //! operator      operator -> daemon  requests and replies                         iceoryx2 request-response
 //! stats         any -> daemon       latency histograms and counters              counters in a file
+//! blame         any -> daemon       why a period was late                        the same file
 //! ```
 //!
 //! A fleet lives in an [`Address`]: one directory on tmpfs and one prefix for shared-memory objects beside it. Whoever
@@ -18,6 +19,7 @@
 
 pub mod address;
 mod bell;
+pub mod blame;
 mod board;
 pub mod clean;
 pub mod clock;
@@ -38,6 +40,7 @@ pub mod stats;
 pub mod world_board;
 
 pub use address::Address;
+pub use blame::Cause;
 pub use clean::{FleetEntry, SweepReport};
 pub use control::{NoticeReceiver, NoticeSender, OrderReceiver, OrderSender};
 pub use error::BusError;
@@ -49,7 +52,7 @@ pub use operator::{OperatorClient, OperatorServer, Responder};
 pub use robot_board::{RobotReader, RobotWriter};
 pub use services::Services;
 pub use sizes::Sizes;
-pub use stats::{Counter, Metric, Percentiles, StatsSnapshot, StatsWriter};
+pub use stats::{Counter, Metric, Percentiles, StatsSnapshot, StatsWriter, Strips};
 pub use world_board::{WorldObserver, WorldReader, WorldWriter};
 
 /// What every fallible call of this crate returns.

@@ -1,18 +1,31 @@
 //! Latency histograms and counters that survive whoever writes them.
 //!
 //! A process counts into a mapped file on tmpfs; anybody may read the file at any time, and the writer does not
-//! notice. A SIGKILL loses nothing that was counted. Counting takes a few nanoseconds and no system call.
+//! notice. A SIGKILL loses nothing that was counted. Counting takes a few nanoseconds and no system call, no lock and
+//! no allocation.
 //!
-//! Buckets are log-linear: exact below 128 ns, then 64 per factor of two, up to 2^36 ns (68 s). The middle of a bucket is
-//! at most 0.8 % away from anything in it. A histogram takes 8 KiB.
-#![expect(clippy::disallowed_methods, reason = "statistics are files in the root of the fleet")]
+//! A file has, besides counters:
+//! - a *histogram* per metric (8 KiB): within 0.8 % of every value, see `stats/scale.rs`;
+//! - *strips*, coarse histograms (0.8 KiB, within 6.3 %) of a metric by robot: whose poses an agent used, whose commands
+//!   the world obeyed. An agent has [`PAIRS_MAX`] of them, whatever the size of the fleet; a robot that has not been
+//!   heard for the longest time makes room for a new one, and [`Counter::UsesDropped`] says how many uses are therefore
+//!   in no strip.
+//!
+//! Why not hdrhistogram alone: its counts live in memory of its own and cannot be mapped. It merges what was read, and
+//! takes the percentiles (three digits; together with the buckets within 0.95 %, what the tests hold it to).
+//!
+//! Values from 2^36 ns (68 s) on go to the last bucket, and a bucket stops counting at 2^32 - 1; maxima are exact.
 
+mod scale;
+mod snapshot;
+
+use crate::blame::Cause;
 use crate::map::Mapping;
 use crate::{Address, BusError, Result};
-use hdrhistogram::Histogram;
-use std::cell::Cell;
-use std::marker::PhantomData;
+use scale::{COARSE, FINE, MAX_BITS, Scale};
 use std::sync::atomic::Ordering::{Relaxed, Release};
+
+pub use snapshot::{Percentiles, StatsSnapshot, read_all};
 
 /// What is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -20,7 +33,9 @@ use std::sync::atomic::Ordering::{Relaxed, Release};
 pub enum Metric {
     /// Age of a neighbour's pose at the moment the planner uses it.
     PoseAge,
-    /// From the moment a process should have woken to the moment it did.
+    /// From the start of a period, as its clock has it, to the moment that the process woke for it. A period that was
+    /// slept or worked through counts as well, until the moment at which the process was free again: what a loop
+    /// did not do on time must not vanish from its statistics (coordinated omission).
     Wake,
     /// One call of the planner.
     Plan,
@@ -46,42 +61,103 @@ pub enum Counter {
     Periods,
     /// Periods that were over before their work was.
     DeadlineMisses,
+    /// Late periods (see [`crate::blame`]) for want of a processor.
+    LateScheduler,
+    /// Late periods because of the planner.
+    LatePlanner,
+    /// Late periods because the world had too much to do.
+    LateWorld,
+    /// Late periods because of an old input.
+    LateInput,
+    /// Late periods that none of these explains.
+    LateNeither,
+    /// Time spent ready to run without a processor, ns, as of the last look at the scheduler's counters.
+    WaitedNs,
+    /// Time between the first and the last of these looks, ns.
+    WatchedNs,
+    /// Uses of poses that are in no strip.
+    UsesDropped,
 }
 
 impl Counter {
     /// All of them.
-    pub const ALL: [Counter; 2] = [Counter::Periods, Counter::DeadlineMisses];
+    pub const ALL: [Counter; 10] = [
+        Counter::Periods,
+        Counter::DeadlineMisses,
+        Counter::LateScheduler,
+        Counter::LatePlanner,
+        Counter::LateWorld,
+        Counter::LateInput,
+        Counter::LateNeither,
+        Counter::WaitedNs,
+        Counter::WatchedNs,
+        Counter::UsesDropped,
+    ];
+
+    /// The counter of the late periods of this cause.
+    pub fn late(cause: Cause) -> Counter {
+        match cause {
+            Cause::Scheduler => Counter::LateScheduler,
+            Cause::Planner => Counter::LatePlanner,
+            Cause::World => Counter::LateWorld,
+            Cause::Input => Counter::LateInput,
+            Cause::Neither => Counter::LateNeither,
+        }
+    }
 }
 
-const DIRECTORY: &str = "stats";
-const MAGIC: u64 = u64::from_le_bytes(*b"shoalSt1");
-/// Sub-buckets per factor of two, as a power of two.
-const BITS: u32 = 6;
-const MAX_BITS: u32 = 36;
-const BUCKETS: usize = ((MAX_BITS - BITS + 1) << BITS) as usize;
+/// Which strips a file has.
+#[derive(Clone, Copy, Debug)]
+pub struct Strips<'a> {
+    /// Metrics that are kept by robot.
+    pub metrics: &'a [Metric],
+    /// How many robots the fleet can hold.
+    pub robots: u32,
+    /// How many strips there are at most.
+    pub room: usize,
+}
 
-// A file: magic, which metrics it has (a bit each), the counters; then per metric its maximum and its buckets.
+impl Strips<'_> {
+    /// None.
+    pub const NONE: Strips<'static> = Strips { metrics: &[], robots: 0, room: 0 };
+
+    /// Those of an agent: the age of the poses it uses, by neighbour.
+    pub fn of_agent(robots: u32) -> Strips<'static> {
+        Strips { metrics: &[Metric::PoseAge], robots, room: PAIRS_MAX.min(robots as usize) }
+    }
+
+    /// Those of the world: how old the command of each robot is, and the odometry it was computed from.
+    pub fn of_world(robots: u32) -> Strips<'static> {
+        Strips { metrics: &[Metric::CommandAge, Metric::Reaction], robots, room: 2 * robots as usize }
+    }
+}
+
+/// So many neighbours an agent keeps apart.
+pub const PAIRS_MAX: usize = 32;
+
+const DIRECTORY: &str = "stats";
+const MAGIC: u64 = u64::from_le_bytes(*b"shoalSt2");
+
+// A file: magic, which metrics it has (a bit each), how many strips, the counters; then per metric its maximum and its
+// buckets; then the strips.
 const PRESENT: usize = 8;
+const STRIPS: usize = 16;
 const COUNTERS: usize = 64;
 const COUNTERS_ROOM: usize = 24;
 const HISTOGRAMS: usize = COUNTERS + COUNTERS_ROOM * 8;
-const HISTOGRAM_SIZE: usize = 64 + BUCKETS * 4;
+const HISTOGRAM_SIZE: usize = 64 + FINE.buckets() * 4;
 const _: () = assert!(Counter::ALL.len() <= COUNTERS_ROOM && Metric::ALL.len() <= 32);
 
-/// The largest that one file can be.
-pub(crate) const FILE_BYTES_MAX: u64 = (HISTOGRAMS + Metric::ALL.len() * HISTOGRAM_SIZE + 4096) as u64;
+// A strip: the slot plus one (0: free) and the metric, the maximum, the buckets; whole lines of 64 bytes.
+const STRIP_METRIC: usize = 4;
+const STRIP_MAX: usize = 8;
+const STRIP_BUCKETS: usize = 16;
+const STRIP_SIZE: usize = (STRIP_BUCKETS + COARSE.buckets() * 4).next_multiple_of(64);
 
-fn bucket_of(ns: u64) -> usize {
-    let ns = ns.min((1 << MAX_BITS) - 1);
-    let shift = (u64::BITS - ns.leading_zeros()).saturating_sub(BITS + 1);
-    ((shift as usize) << BITS) + (ns >> shift) as usize
-}
-
-/// The middle of a bucket.
-fn value_of(bucket: usize) -> u64 {
-    let shift = (bucket >> BITS).saturating_sub(1);
-    let low = ((bucket - (shift << BITS)) as u64) << shift;
-    low + ((1 << shift) - 1) / 2
+/// The largest that the files of a fleet can be, all together.
+pub(crate) fn bytes_needed(robots: u64) -> u64 {
+    let agent = HISTOGRAMS + Metric::ALL.len() * HISTOGRAM_SIZE + PAIRS_MAX * STRIP_SIZE + 4096;
+    (robots + 2) * agent as u64 + robots * 2 * STRIP_SIZE as u64
 }
 
 /// The file that one process counts into.
@@ -89,8 +165,21 @@ pub struct StatsWriter {
     map: Mapping,
     /// Where the histogram of each metric begins, if the file has it.
     at: [Option<usize>; Metric::ALL.len()],
-    /// Counting is a load and a store, not a locked addition: one thread writes.
-    _one_thread: PhantomData<Cell<()>>,
+    strips: Index,
+}
+
+/// Which strip belongs to whom. The file says the same; this finds it without a search.
+struct Index {
+    /// Where the first strip begins.
+    at: usize,
+    /// Of each metric its place among the metrics that are kept by robot.
+    place: [Option<usize>; Metric::ALL.len()],
+    metrics: usize,
+    /// By slot and place: the strip, plus one; 0 is none.
+    of: Vec<u16>,
+    /// By strip: the slot and place that it belongs to, and when it was last used, ns.
+    used: Vec<(usize, u64)>,
+    room: usize,
 }
 
 impl StatsWriter {
@@ -98,7 +187,7 @@ impl StatsWriter {
     ///
     /// # Errors
     /// When shared memory is full or closed to us.
-    pub fn create(address: &Address, name: &str, histograms: &[Metric]) -> Result<StatsWriter> {
+    pub fn create(address: &Address, name: &str, histograms: &[Metric], strips: Strips<'_>) -> Result<StatsWriter> {
         let directory = address.file(DIRECTORY);
         match std::fs::create_dir(&directory) {
             Err(e) if e.kind() != std::io::ErrorKind::AlreadyExists => {
@@ -115,214 +204,127 @@ impl StatsWriter {
                 len += HISTOGRAM_SIZE;
             }
         }
+        let index = Index::new(len, strips);
+        len += index.room * STRIP_SIZE;
         let map = Mapping::create(address, &format!("{DIRECTORY}/{name}"), len, |map| {
             map.u64_at(PRESENT).store(present, Relaxed);
+            map.u64_at(STRIPS).store(index.room as u64, Relaxed);
             map.u64_at(0).store(MAGIC, Release);
         })?;
-        Ok(StatsWriter { map, at, _one_thread: PhantomData })
+        Ok(StatsWriter { map, at, strips: index })
     }
 
     /// Counts one measurement. A metric that the file was not made for is left out.
-    pub fn record(&self, metric: Metric, ns: u64) {
+    pub fn record(&mut self, metric: Metric, ns: u64) {
+        self.count(metric, ns, 1);
+    }
+
+    /// Counts `n` measurements of one stall: the longest, and each of the others shorter by `step_ns`. So many periods
+    /// began while their loop was away, and this is how long each had to wait.
+    pub fn record_stall(&mut self, metric: Metric, longest_ns: u64, step_ns: u64, n: u64) {
+        let step_ns = step_ns.max(1);
+        // Those beyond the last bucket in one piece: the loop below is bounded by what the scale holds.
+        let beyond = longest_ns.saturating_sub((1 << MAX_BITS) - 1).div_ceil(step_ns).min(n);
+        if beyond > 0 {
+            self.count(metric, longest_ns, beyond);
+        }
+        for k in beyond..n {
+            self.count(metric, longest_ns.saturating_sub(k * step_ns), 1);
+        }
+    }
+
+    fn count(&mut self, metric: Metric, ns: u64, n: u64) {
         let Some(at) = self.at[metric as usize] else { return };
-        let bucket = self.map.u32_at(at + 64 + 4 * bucket_of(ns));
-        bucket.store(bucket.load(Relaxed).saturating_add(1), Relaxed);
-        let max = self.map.u64_at(at);
+        self.count_at(at, at + 64, FINE, ns, n);
+    }
+
+    /// Counts one measurement in the strip of a robot, at time `now_ns`. A metric that the file does not keep by robot
+    /// is left out.
+    pub fn record_of(&mut self, slot: u32, metric: Metric, ns: u64, now_ns: u64) {
+        let Some(strip) = self.strip_of(slot, metric, now_ns) else { return };
+        let at = self.strips.at + strip * STRIP_SIZE;
+        self.count_at(at + STRIP_MAX, at + STRIP_BUCKETS, COARSE, ns, 1);
+    }
+
+    fn count_at(&mut self, max_at: usize, buckets_at: usize, scale: Scale, ns: u64, n: u64) {
+        let bucket = self.map.u32_at(buckets_at + 4 * scale.bucket_of(ns));
+        // A load and a store, not a locked addition: only this process writes, and `&mut` says one thread at a time.
+        bucket.store(bucket.load(Relaxed).saturating_add(u32::try_from(n).unwrap_or(u32::MAX)), Relaxed);
+        let max = self.map.u64_at(max_at);
         if ns > max.load(Relaxed) {
             max.store(ns, Relaxed);
         }
     }
 
+    /// The strip of a robot: the one that it has, a free one, or that of the robot unused for the longest time.
+    fn strip_of(&mut self, slot: u32, metric: Metric, now_ns: u64) -> Option<usize> {
+        let index = &mut self.strips;
+        let key = slot as usize * index.metrics + index.place[metric as usize]?;
+        let known = *index.of.get(key)?;
+        if known > 0 {
+            let strip = usize::from(known) - 1;
+            index.used[strip].1 = now_ns;
+            return Some(strip);
+        }
+        let strip = if index.used.len() < index.room {
+            index.used.push((key, now_ns));
+            index.used.len() - 1
+        } else {
+            let oldest = (0..index.room).min_by_key(|&strip| index.used[strip].1);
+            let Some(oldest) = oldest.filter(|&strip| index.used[strip].1 < now_ns) else {
+                self.add(Counter::UsesDropped, 1);
+                return None;
+            };
+            let (before, _) = std::mem::replace(&mut index.used[oldest], (key, now_ns));
+            index.of[before] = 0;
+            oldest
+        };
+        index.of[key] = strip as u16 + 1;
+        self.begin_strip(strip, slot, metric);
+        Some(strip)
+    }
+
+    /// Gives a strip to a robot. What it held of another is counted as dropped.
+    fn begin_strip(&mut self, strip: usize, slot: u32, metric: Metric) {
+        let at = self.strips.at + strip * STRIP_SIZE;
+        self.map.u32_at(at).store(0, Relaxed);
+        let mut dropped = 0;
+        for bucket in 0..COARSE.buckets() {
+            dropped += u64::from(self.map.u32_at(at + STRIP_BUCKETS + 4 * bucket).swap(0, Relaxed));
+        }
+        self.map.u64_at(at + STRIP_MAX).store(0, Relaxed);
+        self.map.u32_at(at + STRIP_METRIC).store(metric as u32, Relaxed);
+        self.map.u32_at(at).store(slot + 1, Release);
+        if dropped > 0 {
+            self.add(Counter::UsesDropped, dropped);
+        }
+    }
+
     /// Adds to a counter.
-    pub fn add(&self, counter: Counter, n: u64) {
+    pub fn add(&mut self, counter: Counter, n: u64) {
         let word = self.map.u64_at(COUNTERS + 8 * counter as usize);
         word.store(word.load(Relaxed).wrapping_add(n), Relaxed);
     }
 }
 
-/// What one file, or several together, held at one moment.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct StatsSnapshot {
-    counters: [u64; Counter::ALL.len()],
-    /// Of each metric its maximum, and how many values each bucket has; no buckets: not measured.
-    hists: [(u64, Vec<u64>); Metric::ALL.len()],
-}
-
-/// What a histogram comes to, ns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Percentiles {
-    /// Half of all values are at most this.
-    pub p50: u64,
-    /// 90 %.
-    pub p90: u64,
-    /// 99 %.
-    pub p99: u64,
-    /// 99.9 %.
-    pub p999: u64,
-    /// The largest value, exactly.
-    pub max: u64,
-    /// How many values.
-    pub n: u64,
-}
-
-impl StatsSnapshot {
-    /// A counter.
-    pub fn counter(&self, counter: Counter) -> u64 {
-        self.counters[counter as usize]
-    }
-
-    /// Adds what another snapshot holds.
-    pub fn merge(&mut self, other: &StatsSnapshot) {
-        for (mine, theirs) in self.counters.iter_mut().zip(&other.counters) {
-            *mine += theirs;
+impl Index {
+    fn new(at: usize, strips: Strips<'_>) -> Index {
+        let mut place = [None; Metric::ALL.len()];
+        for (number, metric) in strips.metrics.iter().enumerate() {
+            place[*metric as usize] = Some(number);
         }
-        for ((max, counts), (other_max, other_counts)) in self.hists.iter_mut().zip(&other.hists) {
-            *max = (*max).max(*other_max);
-            if counts.is_empty() {
-                counts.clone_from(other_counts);
-            } else {
-                for (mine, theirs) in counts.iter_mut().zip(other_counts) {
-                    *mine += theirs;
-                }
-            }
+        let metrics = strips.metrics.len();
+        let room = strips.room.min(usize::from(u16::MAX) - 1);
+        Index {
+            at,
+            place,
+            metrics,
+            of: vec![0; strips.robots as usize * metrics],
+            used: Vec::with_capacity(room),
+            room,
         }
     }
-
-    /// A metric as a histogram of three significant digits; `None` if nothing was measured.
-    pub fn histogram(&self, metric: Metric) -> Option<Histogram<u64>> {
-        let (_, counts) = &self.hists[metric as usize];
-        let mut histogram = Histogram::new_with_bounds(1, 1 << MAX_BITS, 3).expect("the bounds are constants");
-        for (bucket, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-            histogram.saturating_record_n(value_of(bucket), count);
-        }
-        (!histogram.is_empty()).then_some(histogram)
-    }
-
-    /// A metric in six numbers; `None` if nothing was measured.
-    pub fn percentiles(&self, metric: Metric) -> Option<Percentiles> {
-        let histogram = self.histogram(metric)?;
-        let max = self.hists[metric as usize].0;
-        let at = |quantile| histogram.value_at_quantile(quantile).min(max);
-        Some(Percentiles { p50: at(0.5), p90: at(0.9), p99: at(0.99), p999: at(0.999), max, n: histogram.len() })
-    }
-
-    fn parse(bytes: &[u8]) -> Option<StatsSnapshot> {
-        let u64_at = |at: usize| Some(u64::from_ne_bytes(bytes.get(at..at + 8)?.try_into().ok()?));
-        if u64_at(0)? != MAGIC {
-            return None;
-        }
-        let present = u64_at(PRESENT)?;
-        let mut snapshot = StatsSnapshot::default();
-        for (counter, word) in Counter::ALL.iter().zip(&mut snapshot.counters) {
-            *word = u64_at(COUNTERS + 8 * *counter as usize)?;
-        }
-        let mut at = HISTOGRAMS;
-        for (metric, hist) in Metric::ALL.iter().zip(&mut snapshot.hists) {
-            if present >> *metric as u32 & 1 == 1 {
-                let (words, _) = bytes.get(at + 64..at + HISTOGRAM_SIZE)?.as_chunks::<4>();
-                *hist = (u64_at(at)?, words.iter().map(|word| u64::from(u32::from_ne_bytes(*word))).collect());
-                at += HISTOGRAM_SIZE;
-            }
-        }
-        Some(snapshot)
-    }
-}
-
-/// What all processes of the fleet have counted so far, by the name of the file, sorted.
-///
-/// # Errors
-/// When the fleet is gone.
-pub fn read_all(address: &Address) -> Result<Vec<(String, StatsSnapshot)>> {
-    let directory = address.file(DIRECTORY);
-    let failed = |e| BusError::io(&directory, "read the statistics", e);
-    let entries = match std::fs::read_dir(&directory) {
-        Ok(entries) => entries,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound && address.root().is_dir() => return Ok(Vec::new()),
-        Err(e) => return Err(failed(e)),
-    };
-    let mut all = Vec::new();
-    for entry in entries {
-        let entry = entry.map_err(failed)?;
-        // Files that are being made have no name yet, only a draft's, and no magic.
-        let Ok(bytes) = std::fs::read(entry.path()) else { continue };
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if let Some(snapshot) = StatsSnapshot::parse(&bytes).filter(|_| !name.contains(".draft")) {
-            all.push((name, snapshot));
-        }
-    }
-    all.sort_by(|(a, _), (b, _)| a.cmp(b));
-    Ok(all)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    #[test]
-    fn buckets_follow_each_other_and_hold_their_middle() {
-        for bucket in 0..BUCKETS {
-            assert_eq!(bucket_of(value_of(bucket)), bucket);
-        }
-        assert_eq!(bucket_of(u64::MAX), BUCKETS - 1);
-        const { assert!(60_000_000_000 < 1_u64 << MAX_BITS, "a minute fits") }
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-        #[test]
-        fn a_bucket_is_within_one_percent(ns in 1_u64..60_000_000_000) {
-            let error = value_of(bucket_of(ns)).abs_diff(ns) as f64 / ns as f64;
-            prop_assert!(error < 0.01, "{ns}: {error}");
-        }
-
-        /// Through the file, merged from two writers, and read by somebody else.
-        #[test]
-        fn percentiles_are_within_one_percent(
-            values in proptest::collection::vec((0_u32..36).prop_flat_map(|bits| 0_u64..=1 << bits), 1..400),
-            split in 0_usize..400,
-        ) {
-            let address = Address::create().unwrap();
-            let (left, right) = values.split_at(split.min(values.len()));
-            for (name, part) in [("left", left), ("right", right)] {
-                let writer = StatsWriter::create(&address, name, &[Metric::Step]).unwrap();
-                part.iter().for_each(|&ns| writer.record(Metric::Step, ns));
-            }
-            let all = read_all(&address);
-            crate::clean::sweep(&address);
-            let mut merged = StatsSnapshot::default();
-            all.unwrap().iter().for_each(|(_, snapshot)| merged.merge(snapshot));
-            let found = merged.percentiles(Metric::Step).unwrap();
-
-            let mut sorted = values;
-            sorted.sort_unstable();
-            prop_assert_eq!((found.n, found.max), (sorted.len() as u64, sorted[sorted.len() - 1]));
-            for (quantile, found) in [(0.5, found.p50), (0.9, found.p90), (0.99, found.p99), (0.999, found.p999)] {
-                let rank = ((quantile * sorted.len() as f64).ceil() as usize).max(1);
-                let exact = sorted[rank - 1];
-                // Half a bucket, and hdrhistogram's own thousandth.
-                prop_assert!(found.abs_diff(exact) as f64 <= exact as f64 * 0.0095 + 1.0, "{quantile}: {found} for {exact}");
-            }
-        }
-    }
-
-    #[test]
-    fn counters_add_up_and_what_was_not_measured_is_none() {
-        let address = Address::create().unwrap();
-        let writer = StatsWriter::create(&address, "agent-1", &[Metric::Wake, Metric::Plan]).unwrap();
-        writer.add(Counter::Periods, 2);
-        writer.add(Counter::Periods, 3);
-        writer.add(Counter::DeadlineMisses, 9);
-        writer.record(Metric::Reaction, 1);
-        writer.record(Metric::Plan, u64::MAX);
-        drop(writer);
-        let all = read_all(&address);
-        crate::clean::sweep(&address);
-        let (name, snapshot) = &all.unwrap()[0];
-        assert_eq!(name, "agent-1");
-        assert_eq!((snapshot.counter(Counter::Periods), snapshot.counter(Counter::DeadlineMisses)), (5, 9));
-        assert_eq!((snapshot.percentiles(Metric::Wake), snapshot.percentiles(Metric::Reaction)), (None, None));
-        assert_eq!(snapshot.percentiles(Metric::Plan).unwrap().max, u64::MAX);
-        assert!(read_all(&address).unwrap_err().is_missing());
-    }
-}
+mod tests;

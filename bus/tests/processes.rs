@@ -10,7 +10,7 @@ use protocol::robot_to_world::Command;
 use protocol::world_to_robot::Odometry;
 use shoal_bus::{
     Counter, FrameSubscriber, Gate, Metric, Node, OperatorClient, OperatorServer, RobotReader, RobotWriter, Services,
-    Sizes, StatsWriter, TickWait, WorldReader, WorldWriter, clean, clock, stats,
+    Sizes, StatsWriter, Strips, TickWait, WorldReader, WorldWriter, clean, clock, stats,
 };
 use std::time::{Duration, Instant};
 
@@ -45,7 +45,9 @@ fn role_agent() {
     let claim = |seat| Some((seat, RobotWriter::create(&node, seat, SIZES).ok()?));
     let (seat, mut robot) = (0..3).map(|slot| seat(slot, 0)).find_map(claim).unwrap();
     let world = WorldReader::open(&node, seat.slot).unwrap();
-    let stats = StatsWriter::create(&address, &format!("{}-{}", seat.slot, seat.incarnation), &[Metric::Wake]).unwrap();
+    let mut stats =
+        StatsWriter::create(&address, &format!("{}-{}", seat.slot, seat.incarnation), &[Metric::Wake], Strips::NONE)
+            .unwrap();
     gate.announce_ready(seat);
     let mut last = None;
     loop {

@@ -13,7 +13,7 @@ use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use shoal_bus::{
     FramePublisher, FrameSubscriber, Gate, Metric, Node, NoticeSender, OperatorClient, OperatorServer, RobotReader,
-    RobotWriter, Services, Sizes, StatsWriter, WorldReader, WorldWriter, clean,
+    RobotWriter, Services, Sizes, StatsWriter, Strips, WorldReader, WorldWriter, clean,
 };
 use std::time::{Duration, Instant};
 
@@ -61,7 +61,9 @@ fn check(max_robots: u32, shape_pieces: u32) {
     lap("robots open all boards");
     used("robots opened all boards");
     let stats: Vec<_> = (0..max_robots + 2)
-        .map(|i| StatsWriter::create(&home.0, &format!("agent-{i}"), &Metric::ALL).unwrap())
+        .map(|i| {
+            StatsWriter::create(&home.0, &format!("agent-{i}"), &Metric::ALL, Strips::of_agent(max_robots)).unwrap()
+        })
         .collect();
     lap("statistics");
     used("statistics");

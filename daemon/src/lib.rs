@@ -7,6 +7,7 @@
 //! progress, out   what people see meanwhile       coordinator  which process should run: pure
 //! exit            codes and failures              guardian     cleans after a killed daemon
 //! file, record    what people keep                picture      the same as SVG
+//! measured        from statistics to latencies
 //! ```
 
 pub mod cli;
@@ -14,6 +15,7 @@ pub mod coordinator;
 pub mod exit;
 pub mod file;
 pub mod guardian;
+pub mod measured;
 pub mod out;
 pub mod picture;
 pub mod processes;

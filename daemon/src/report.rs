@@ -89,7 +89,7 @@ impl RobotFacts {
 }
 
 /// What was measured in the loop of all agents (and of the world), merged. `None` and zero counts mean: not measured.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LatencyFacts {
     /// Age of a neighbour's pose when the planner uses it, us.
     pub pose_age_us: Option<Percentiles>,
@@ -107,6 +107,59 @@ pub struct LatencyFacts {
     pub periods: Option<u64>,
     /// Periods that were missed; `None` in `lockstep`.
     pub deadline_misses: Option<u64>,
+    /// Why periods were late; `None` in `lockstep`.
+    pub blame: Option<Blame>,
+    /// The same of the world alone.
+    pub world: Option<LoopLatency>,
+    /// The same of every robot, by slot, all its lives together.
+    pub per_robot: Vec<LoopLatency>,
+}
+
+/// Late periods: those that began later than a fifth of a period, ended too late, never began, or worked with old
+/// odometry (`bus::blame`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Blame {
+    /// All of them.
+    pub late: u64,
+    /// There was no processor for the process.
+    pub scheduler: u64,
+    /// The planner took longer than its share.
+    pub planner: u64,
+    /// The world's tick took longer than its share.
+    pub world: u64,
+    /// The odometry was old.
+    pub input: u64,
+    /// None of these.
+    pub neither: u64,
+}
+
+/// How one loop did in time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LoopLatency {
+    /// The robot, or [`ProcessFacts::WORLD`].
+    pub id: String,
+    /// Its slot; null for the world.
+    pub slot: Option<u32>,
+    /// Age of the poses that it used, us.
+    pub pose_age_us: Option<Percentiles>,
+    /// How late it woke up, us.
+    pub wake_us: Option<Percentiles>,
+    /// Time in its planner, us.
+    pub plan_us: Option<Percentiles>,
+    /// Time from waking up to its command, us.
+    pub step_us: Option<Percentiles>,
+    /// Age of its command when the world used it, us (within 6.3 %).
+    pub command_age_us: Option<Percentiles>,
+    /// From the odometry sample to the moment that its command acted, us (within 6.3 %).
+    pub reaction_us: Option<Percentiles>,
+    /// Periods that were to be run, or ticks answered.
+    pub periods: u64,
+    /// Periods that were missed; null in `lockstep`.
+    pub deadline_misses: Option<u64>,
+    /// Why periods were late; null in `lockstep`.
+    pub blame: Option<Blame>,
+    /// Share of the time in which it was ready and had no processor; null where it is not known.
+    pub run_queue_wait: Option<f64>,
 }
 
 /// A distribution.
@@ -313,6 +366,15 @@ pub struct LatencyReport {
     pub deadline_misses: Option<u64>,
     /// Times that a robot was held or dropped because it did not answer.
     pub stragglers: u64,
+    /// Why periods were late; null in `lockstep`.
+    #[serde(default)]
+    pub blame: Option<Blame>,
+    /// How the world's loop did.
+    #[serde(default)]
+    pub world: Option<LoopLatency>,
+    /// How the loop of every robot did, by slot.
+    #[serde(default)]
+    pub per_robot: Vec<LoopLatency>,
 }
 
 /// What the run cost.

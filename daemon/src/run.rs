@@ -4,12 +4,12 @@ use crate::cli::{FilterArg, RunArgs};
 use crate::exit::Failure;
 use crate::progress::{Progress, ProgressState};
 use crate::record::RecordPlace;
-use crate::report::{self, LatencyFacts, ProcessFacts, RobotFacts, RunFacts, sink};
+use crate::report::{self, ProcessFacts, RobotFacts, RunFacts, sink};
 use crate::signals::Interrupted;
 use crate::source;
 use crate::supervisor::{self, Finished, Watch};
-use crate::{coordinator, single};
-use bus::{Counter, Metric, StatsSnapshot, clock};
+use crate::{coordinator, measured, single};
+use bus::clock;
 use protocol::world_to_daemon::{Notice, Outcome};
 use scenarios::{Mode, Overrides, Scenario};
 use std::ops::ControlFlow;
@@ -129,31 +129,8 @@ impl Watch for Terminal {
 /// Everything but where the record is.
 pub(crate) fn facts_of(finished: Finished) -> RunFacts {
     let realtime = finished.scenario.clock.mode == Mode::Realtime;
-    let mut merged = StatsSnapshot::default();
-    for (_, snapshot) in &finished.stats {
-        merged.merge(snapshot);
-    }
-    // Nanoseconds to microseconds.
-    let percentiles = |metric| {
-        merged.percentiles(metric).map(|p| report::Percentiles {
-            p50: p.p50 as f64 * 1e-3,
-            p90: p.p90 as f64 * 1e-3,
-            p99: p.p99 as f64 * 1e-3,
-            p999: p.p999 as f64 * 1e-3,
-            max: p.max as f64 * 1e-3,
-            n: p.n,
-        })
-    };
-    let latency = LatencyFacts {
-        pose_age_us: percentiles(Metric::PoseAge),
-        wake_us: percentiles(Metric::Wake),
-        plan_us: percentiles(Metric::Plan),
-        step_us: percentiles(Metric::Step),
-        command_age_us: percentiles(Metric::CommandAge),
-        reaction_us: percentiles(Metric::Reaction),
-        periods: realtime.then(|| merged.counter(Counter::Periods)),
-        deadline_misses: realtime.then(|| merged.counter(Counter::DeadlineMisses)),
-    };
+    let name = |slot: u32| finished.scenario.robots.get(slot as usize).map(|robot| robot.id.clone());
+    let latency = measured::latency(&finished.stats, &name, realtime);
     let scenario = finished.scenario;
     let fleet = (finished.processes.into_iter()).map(|(seat, pid, measured)| ProcessFacts {
         name: match seat {

@@ -4,8 +4,9 @@
 //! `main` is three lines (see `examples/own_planner.rs`).
 
 use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Time, planner_of};
+use bus::blame::{Period, Watch};
 use bus::{
-    Address, BusError, Counter, Gate, Metric, Node, RobotReader, RobotWriter, Sizes, StatsWriter, TickWait,
+    Address, BusError, Counter, Gate, Metric, Node, RobotReader, RobotWriter, Sizes, StatsWriter, Strips, TickWait,
     WorldReader, clock,
 };
 use planners::{Plan, PlanInput, Planner};
@@ -196,6 +197,9 @@ fn realtime(
     let first_ns = start_ns + phase_ns;
     let passed = clock::now_ns().saturating_sub(first_ns).div_ceil(period_ns);
     let mut due_ns = first_ns + passed * period_ns;
+    let mut watch = Watch::of_agent();
+    // From its first period in the world to the last tick of it, a robot is expected to be on time.
+    let mut expected = false;
     loop {
         clock::sleep_until_ns(due_ns);
         let woken_ns = clock::now_ns();
@@ -203,28 +207,34 @@ fn realtime(
             return Ok(());
         }
         let odometry = ports.world.odometry();
+        let mut work_ns = 0;
         if odometry.incarnation == seat.incarnation {
             if odometry.has(Odometry::FLAG_LEFT) {
                 return Ok(());
             }
             if odometry.has(Odometry::FLAG_PRESENT) {
-                ports.stats.record(Metric::Wake, woken_ns.saturating_sub(due_ns));
+                expected = true;
                 step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, 1, adjust);
-                ports.stats.record(Metric::Plan, plan_ns.load(Relaxed));
+                work_ns = plan_ns.load(Relaxed);
+                ports.stats.record(Metric::Plan, work_ns);
                 ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
-                ports.stats.add(Counter::Periods, 1);
             }
             ports.gate.note_alive(seat);
         }
-        // A period that is over before its work is done is a miss, and so is every period slept through.
-        let now_ns = clock::now_ns();
-        due_ns += period_ns;
-        if now_ns > due_ns {
-            let missed = (now_ns - due_ns).div_ceil(period_ns);
-            ports.stats.add(Counter::DeadlineMisses, missed);
-            ports.stats.add(Counter::Periods, missed - 1);
-            due_ns += (missed - 1) * period_ns;
+        let period = Period {
+            period_ns,
+            due_ns,
+            woken_ns,
+            done_ns: clock::now_ns(),
+            work_ns,
+            input_age_ns: woken_ns.saturating_sub(odometry.stamp_ns),
+            ..Period::default()
+        };
+        if expected && !odometry.has(Odometry::FLAG_PAUSED) && !ports.gate.over() {
+            watch.judge(&mut ports.stats, period);
         }
+        // The next period is the first one that has not gone by completely: it begins late, those before never.
+        due_ns += period_ns * period.missed().max(1);
     }
 }
 
@@ -255,8 +265,10 @@ fn step(
         ..Command::default()
     };
     ports.robot.command(command.with_drive(outputs.drive));
-    for (_, spoken_ns) in agent.used() {
-        ports.stats.record(Metric::PoseAge, used_ns.saturating_sub(spoken_ns));
+    for (who, spoken_ns) in agent.used() {
+        let age_ns = used_ns.saturating_sub(spoken_ns);
+        ports.stats.record(Metric::PoseAge, age_ns);
+        ports.stats.record_of(who.slot, Metric::PoseAge, age_ns, used_ns);
     }
 }
 
@@ -291,6 +303,7 @@ impl Ports {
                 address,
                 &spec_file(seat),
                 &[Metric::PoseAge, Metric::Wake, Metric::Plan, Metric::Step],
+                Strips::of_agent(sizes.max_robots),
             )?,
             in_range: Vec::new(),
             boards: Vec::new(),

@@ -3,9 +3,10 @@
 
 use crate::World;
 use crate::recorder::Recorder;
+use bus::blame::{Period, Watch};
 use bus::{
-    Address, BusError, Counter, FramePublisher, Gate, Metric, Node, NoticeSender, OrderReceiver, Progress, RobotReader,
-    Sizes, StatsWriter, WorldWriter, clock,
+    Address, BusError, FramePublisher, Gate, Metric, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
+    StatsWriter, Strips, WorldWriter, clock,
 };
 use planners::Drive;
 use protocol::Seat;
@@ -136,7 +137,12 @@ impl Shell {
             orders: OrderReceiver::open(&node)?,
             notices: NoticeSender::open(&node)?,
             frames: FramePublisher::open(&node)?,
-            stats: StatsWriter::create(address, STATS_NAME, &[Metric::CommandAge, Metric::Reaction, Metric::Wake])?,
+            stats: StatsWriter::create(
+                address,
+                STATS_NAME,
+                &[Metric::CommandAge, Metric::Reaction, Metric::Wake],
+                Strips::of_world(sizes.max_robots),
+            )?,
             robots: (0..slots).map(|_| None).collect(),
             commands: vec![None; slots],
             bodies: Vec::new(),
@@ -187,18 +193,24 @@ impl Shell {
         self.await_due();
         let mut due_ns = clock::now_ns() + RUN_UP_NS;
         self.gate.set_start(due_ns);
+        let mut watch = Watch::of_world();
         clock::sleep_until_ns(due_ns);
+        let mut woken_ns = None;
         while !self.over() {
             self.open_tick();
+            if let Some(woken_ns) = woken_ns {
+                // From taking the commands of one tick to having opened the next.
+                let done_ns = clock::now_ns();
+                let work_ns = done_ns.saturating_sub(woken_ns);
+                let period =
+                    Period { period_ns: self.period_ns, due_ns, woken_ns, done_ns, work_ns, ..Period::default() };
+                watch.judge(&mut self.stats, period);
+            }
             due_ns += self.period_ns;
             // A world that is late does the ticks it slept through one after the other: simulated time keeps to the clock.
             clock::sleep_until_ns(due_ns);
             let now_ns = clock::now_ns();
-            self.stats.record(Metric::Wake, now_ns.saturating_sub(due_ns));
-            self.stats.add(Counter::Periods, 1);
-            if now_ns > due_ns + self.period_ns {
-                self.stats.add(Counter::DeadlineMisses, 1);
-            }
+            woken_ns = Some(now_ns);
             for index in 0..self.world.participants().len() {
                 let seat = self.world.participants()[index];
                 let slot = seat.slot as usize;
@@ -288,8 +300,13 @@ impl Shell {
 
     fn obey(&mut self, seat: Seat, command: Option<Command>, now_ns: u64) {
         if let Some(command) = &command {
-            self.stats.record(Metric::CommandAge, now_ns.saturating_sub(command.stamp_ns));
-            self.stats.record(Metric::Reaction, now_ns.saturating_sub(command.odometry_stamp_ns));
+            for (metric, stamp_ns) in
+                [(Metric::CommandAge, command.stamp_ns), (Metric::Reaction, command.odometry_stamp_ns)]
+            {
+                let age_ns = now_ns.saturating_sub(stamp_ns);
+                self.stats.record(metric, age_ns);
+                self.stats.record_of(seat.slot, metric, age_ns, now_ns);
+            }
         }
         self.commands[seat.slot as usize] = command.and_then(|command| command.drive());
     }
@@ -377,6 +394,7 @@ impl Shell {
 
     /// Leaves the outcome behind.
     fn leave(&mut self, address: &Address) -> Result<(), ShellError> {
+        self.gate.set_over();
         // No tick opens where the last one ended: without this, observers would never see how the run came out.
         self.show(clock::now_ns());
         self.send_notices();

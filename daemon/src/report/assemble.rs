@@ -1,8 +1,8 @@
 //! From what is known about a run to its report. Definitions of the fields: docs, "metrics".
 
 use super::{
-    EventReport, LatencyReport, OutcomeReport, ProcessFacts, Report, ResourcesReport, RobotReport, RunFacts, SCHEMA,
-    judge,
+    EventReport, LatencyFacts, LatencyReport, OutcomeReport, ProcessFacts, Report, ResourcesReport, RobotReport,
+    RunFacts, SCHEMA, judge,
 };
 use protocol::world_to_daemon::RobotOutcome;
 use std::collections::BTreeMap;
@@ -11,17 +11,7 @@ use std::collections::BTreeMap;
 pub fn assemble(facts: RunFacts) -> Report {
     let clock = facts.scenario.clock;
     let (fates, outcome) = outcome_of(&facts);
-    let latency = facts.latency.clone().map(|latency| LatencyReport {
-        pose_age_us: latency.pose_age_us,
-        wake_us: latency.wake_us,
-        plan_us: latency.plan_us,
-        step_us: latency.step_us,
-        command_age_us: latency.command_age_us,
-        reaction_us: latency.reaction_us,
-        periods: latency.periods,
-        deadline_misses: latency.deadline_misses,
-        stragglers: facts.stragglers,
-    });
+    let latency = facts.latency.clone().map(|latency| latency.report(facts.stragglers));
     let resources = resources_of(&facts);
     let starved_because =
         judge::starved_because(clock.mode, clock.dt_s(), latency.as_ref(), resources.run_queue_wait_max);
@@ -173,6 +163,26 @@ fn mean(values: &[f64]) -> Option<f64> {
 
 fn max(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.reduce(f64::max)
+}
+
+impl LatencyFacts {
+    /// The same as part of a report, with what the world says of stragglers.
+    pub fn report(self, stragglers: u64) -> LatencyReport {
+        LatencyReport {
+            pose_age_us: self.pose_age_us,
+            wake_us: self.wake_us,
+            plan_us: self.plan_us,
+            step_us: self.step_us,
+            command_age_us: self.command_age_us,
+            reaction_us: self.reaction_us,
+            periods: self.periods,
+            deadline_misses: self.deadline_misses,
+            stragglers,
+            blame: self.blame,
+            world: self.world,
+            per_robot: self.per_robot,
+        }
+    }
 }
 
 impl ProcessFacts {

@@ -7,7 +7,7 @@ use scenarios::{Expect, Mode};
 /// `realtime`: a larger share of missed periods is the machine's doing.
 pub const MISSED_SHARE_MAX: f64 = 0.001;
 /// `realtime`: so is a p99 of the wake-up lateness above this share of the period.
-pub const WAKE_SHARE_MAX: f64 = 0.2;
+pub const WAKE_SHARE_MAX: f64 = bus::blame::WAKE_SHARE_MAX;
 /// `realtime`: so is a process that waited for a processor for a larger share of the wall time.
 pub const RUN_QUEUE_SHARE_MAX: f64 = 0.1;
 /// So many contacts are named when none was expected.

@@ -3,6 +3,7 @@
 use super::judge::{exit_code, starved_because, unmet, verdict};
 use super::text::{Style, render};
 use super::*;
+use bus::Cause;
 use planners::{Kind, Limits, ParamValues};
 use protocol::world_to_daemon::{Event, RobotOutcome};
 use scenarios::{Bounds, Clock, Expect, Fleet, Radio, Restart, Robot, Stop, StragglerPolicy};
@@ -113,8 +114,7 @@ fn with_processes(mut facts: RunFacts) -> RunFacts {
         step_us: percentiles(21.5),
         command_age_us: percentiles(10_100.0),
         reaction_us: percentiles(18_900.0),
-        periods: None,
-        deadline_misses: None,
+        ..LatencyFacts::default()
     });
     facts
 }
@@ -131,7 +131,23 @@ fn realtime(robots: usize) -> RunFacts {
     let mut facts = with_processes(RunFacts::new(scenario(robots, Mode::Realtime), outcome(robots), 12.01));
     let latency = facts.latency.as_mut().unwrap();
     (latency.periods, latency.deadline_misses) = (Some(600 * (robots as u64 + 1)), Some(0));
+    latency.blame = Some(Blame::default());
+    latency.per_robot = (0..robots).map(loop_of).collect();
     facts
+}
+
+fn loop_of(slot: usize) -> LoopLatency {
+    LoopLatency {
+        id: format!("r{slot:02}"),
+        slot: Some(slot as u32),
+        pose_age_us: percentiles(8200.0),
+        wake_us: percentiles(55.0),
+        periods: 600,
+        deadline_misses: Some(0),
+        blame: Some(Blame::default()),
+        run_queue_wait: Some(0.01),
+        ..LoopLatency::default()
+    }
 }
 
 /// A robot that joined late with another method, one that was killed, a task, a jam, and two contacts.
@@ -179,6 +195,7 @@ fn starved() -> RunFacts {
     let mut facts = realtime(15);
     let latency = facts.latency.as_mut().unwrap();
     latency.deadline_misses = Some(120);
+    latency.blame = Some(Blame { late: 812, scheduler: 790, neither: 22, ..Blame::default() });
     latency.wake_us = percentiles(1500.0);
     facts.processes[3].run_queue_wait_s = Some(2.5);
     facts
@@ -203,6 +220,18 @@ fn text_for_people() {
         let painted = render(&report, Style { width: 80, color: true });
         assert!(painted.starts_with("\x1b[1;3") && painted.matches('\x1b').count() == 2, "{painted}");
     }
+}
+
+#[test]
+fn whoever_delayed_most_is_named_first() {
+    let mut facts = starved();
+    let latency = facts.latency.as_mut().unwrap();
+    latency.blame = Some(Blame { late: 130, scheduler: 10, planner: 120, ..Blame::default() });
+    let text = render(&assemble(facts), Style { width: 80, color: false });
+    assert!(text.contains("starved: the planner was too slow for its periods"), "{text}");
+    assert!(text.contains("and what delayed them: 130 (scheduler 10, planner 120)"), "{text}");
+    let most = |scheduler, neither| Blame { late: 9, scheduler, neither, ..Blame::default() }.most();
+    assert_eq!([most(0, 0), most(4, 5), most(5, 5)], [None, Some(Cause::Neither), Some(Cause::Scheduler)]);
 }
 
 #[test]

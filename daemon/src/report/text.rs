@@ -3,8 +3,9 @@
 pub use super::layout::Style;
 
 use super::layout::{Column, Page, table};
-use super::{LatencyReport, Percentiles, Report, RobotReport, Verdict, judge::plural};
+use super::{Blame, LatencyReport, Percentiles, Report, RobotReport, Verdict, judge::plural};
 use crate::exit;
+use bus::Cause;
 use scenarios::Mode;
 
 /// So many robots are listed one by one.
@@ -84,18 +85,64 @@ fn headline(page: &mut Page, report: &Report) {
         page.words(&format!("- {unmet}"), 2);
     }
     if report.verdict == Verdict::Starved {
-        page.words("starved: the machine, not the method, shaped this result", 2);
+        let blame = report.latency.as_ref().and_then(|latency| latency.blame).filter(|blame| blame.late > 0);
+        let (what, hint) = starved_words(report.mode, blame);
+        page.words(&format!("starved: {what}"), 2);
         for reason in &report.starved_because {
             page.words(&format!("- {reason}"), 2);
         }
-        page.words(starved_hint(report.mode), 6);
+        if let Some(blame) = blame {
+            page.words(&format!("- late periods, and what delayed them: {}", blame_words(&blame)), 2);
+        }
+        page.words(&format!("hint: {hint}"), 6);
     }
 }
 
-fn starved_hint(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Realtime => "hint: fewer robots, a lower clock.tick_hz, a quieter machine, or `--mode lockstep`",
-        _ => "hint: see the events for who and when; `shoal doctor` checks the machine",
+/// What `starved` means here, and what to do about it.
+fn starved_words(mode: Mode, blame: Option<Blame>) -> (&'static str, &'static str) {
+    match (mode, blame.and_then(|blame| blame.most())) {
+        (Mode::Realtime, Some(Cause::Planner)) => (
+            "the planner was too slow for its periods, and that shaped this result",
+            "a lower clock.tick_hz, a faster method, or `--mode lockstep`, which waits for planners",
+        ),
+        (Mode::Realtime, _) => (
+            "the machine, not the method, shaped this result",
+            "fewer robots, a lower clock.tick_hz, a quieter machine, or `--mode lockstep`",
+        ),
+        _ => (
+            "the machine, not the method, shaped this result",
+            "see the events for who and when; `shoal doctor` checks the machine",
+        ),
+    }
+}
+
+/// `812 (scheduler 790, neither 22)`.
+pub(crate) fn blame_words(blame: &Blame) -> String {
+    let parts: Vec<String> = (blame.by_cause().into_iter().filter(|(_, n)| *n > 0))
+        .map(|(cause, n)| format!("{} {n}", cause.word()))
+        .collect();
+    if parts.is_empty() { blame.late.to_string() } else { format!("{} ({})", blame.late, parts.join(", ")) }
+}
+
+impl Blame {
+    /// Late periods by cause.
+    pub fn by_cause(&self) -> [(Cause, u64); Cause::ALL.len()] {
+        Cause::ALL.map(|cause| {
+            let n = match cause {
+                Cause::Scheduler => self.scheduler,
+                Cause::Planner => self.planner,
+                Cause::World => self.world,
+                Cause::Input => self.input,
+                Cause::Neither => self.neither,
+            };
+            (cause, n)
+        })
+    }
+
+    /// What delayed most of them, if anything was late.
+    pub fn most(&self) -> Option<Cause> {
+        let of = self.by_cause().into_iter().filter(|(_, n)| *n > 0);
+        of.rev().max_by_key(|(_, n)| *n).map(|(cause, _)| cause)
     }
 }
 
@@ -137,40 +184,59 @@ fn outcome(page: &mut Page, report: &Report) {
 }
 
 fn latency_table(page: &mut Page, latency: &LatencyReport) {
-    let rows: Vec<Vec<String>> = [
-        ("pose age", latency.pose_age_us),
-        ("wake-up", latency.wake_us),
-        ("plan", latency.plan_us),
-        ("step", latency.step_us),
-        ("command age", latency.command_age_us),
-        ("reaction", latency.reaction_us),
-    ]
-    .into_iter()
-    .filter_map(|(name, percentiles)| {
-        let Percentiles { p50, p90, p99, p999, max, n } = percentiles.filter(|percentiles| percentiles.n > 0)?;
-        let mut row = vec![name.to_string()];
-        row.extend([p50, p90, p99, p999, max].map(micros));
-        row.push(n.to_string());
-        Some(row)
-    })
-    .collect();
     page.gap();
-    let columns = [
-        Column::left("latency, us", 0, 16),
+    latency_lines(
+        page,
+        "latency, us",
+        &[
+            ("pose age", latency.pose_age_us),
+            ("wake-up", latency.wake_us),
+            ("plan", latency.plan_us),
+            ("step", latency.step_us),
+            ("command age", latency.command_age_us),
+            ("reaction", latency.reaction_us),
+        ],
+    );
+    if let (Some(missed), Some(periods)) = (latency.deadline_misses, latency.periods) {
+        page.row("missed periods", &format!("{missed} of {periods}"));
+    }
+    if let Some(blame) = &latency.blame {
+        page.row("late periods", &blame_words(blame));
+    }
+    page.row("stragglers", &latency.stragglers.to_string());
+}
+
+/// A table of distributions, those without values left out.
+pub(crate) fn latency_lines(page: &mut Page, head: &'static str, rows: &[(&str, Option<Percentiles>)]) {
+    let rows: Vec<Vec<String>> = (rows.iter())
+        .filter_map(|(name, percentiles)| {
+            let mut row = vec![(*name).to_string()];
+            row.extend(percentile_cells(&percentiles.filter(|percentiles| percentiles.n > 0)?));
+            Some(row)
+        })
+        .collect();
+    let columns: Vec<Column> = std::iter::once(Column::left(head, 0, 16)).chain(percentile_columns()).collect();
+    for line in table(&columns, &rows, 2, page.width()) {
+        page.line(&line);
+    }
+}
+
+/// The columns of a distribution.
+pub(crate) fn percentile_columns() -> [Column; 6] {
+    [
         Column::right("p50", 0),
         Column::right("p90", 3),
         Column::right("p99", 0),
         Column::right("p99.9", 4),
         Column::right("max", 1),
         Column::right("n", 2),
-    ];
-    for line in table(&columns, &rows, 2, page.width()) {
-        page.line(&line);
-    }
-    if let (Some(missed), Some(periods)) = (latency.deadline_misses, latency.periods) {
-        page.row("missed periods", &format!("{missed} of {periods}"));
-    }
-    page.row("stragglers", &latency.stragglers.to_string());
+    ]
+}
+
+/// What is in them.
+pub(crate) fn percentile_cells(percentiles: &Percentiles) -> [String; 6] {
+    let Percentiles { p50, p90, p99, p999, max, n } = *percentiles;
+    [micros(p50), micros(p90), micros(p99), micros(p999), micros(max), n.to_string()]
 }
 
 fn resources(page: &mut Page, report: &Report) {
@@ -292,7 +358,7 @@ fn seconds(time_s: f64) -> String {
 }
 
 /// Microseconds with the digits that matter.
-fn micros(us: f64) -> String {
+pub(crate) fn micros(us: f64) -> String {
     if us < 100.0 { format!("{us:.1}") } else { format!("{us:.0}") }
 }
 

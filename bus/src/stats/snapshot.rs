@@ -1,0 +1,180 @@
+//! Statistics as they are read: by the daemon at the end, and by whoever looks meanwhile.
+#![expect(clippy::disallowed_methods, reason = "statistics are files in the root of the fleet")]
+
+use super::scale::{COARSE, FINE, MAX_BITS, Scale};
+use super::{
+    COUNTERS, Counter, DIRECTORY, HISTOGRAM_SIZE, HISTOGRAMS, MAGIC, Metric, PRESENT, STRIP_BUCKETS, STRIP_MAX,
+    STRIP_METRIC, STRIP_SIZE, STRIPS,
+};
+use crate::blame::Cause;
+use crate::{Address, BusError, Result};
+use hdrhistogram::Histogram;
+use std::collections::BTreeMap;
+
+/// Buckets and their maximum; no buckets: not measured.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Counts {
+    max: u64,
+    counts: Vec<u64>,
+}
+
+impl Counts {
+    fn merge(&mut self, other: &Counts) {
+        self.max = self.max.max(other.max);
+        if self.counts.is_empty() {
+            self.counts.clone_from(&other.counts);
+        } else {
+            for (mine, theirs) in self.counts.iter_mut().zip(&other.counts) {
+                *mine += theirs;
+            }
+        }
+    }
+
+    fn histogram(&self, scale: Scale) -> Option<Histogram<u64>> {
+        let mut histogram = Histogram::new_with_bounds(1, 1 << MAX_BITS, 3).expect("the bounds are constants");
+        for (bucket, &count) in self.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
+            histogram.saturating_record_n(scale.value_of(bucket), count);
+        }
+        (!histogram.is_empty()).then_some(histogram)
+    }
+
+    fn percentiles(&self, scale: Scale) -> Option<Percentiles> {
+        let histogram = self.histogram(scale)?;
+        let at = |quantile| histogram.value_at_quantile(quantile).min(self.max);
+        let n = histogram.len();
+        Some(Percentiles { p50: at(0.5), p90: at(0.9), p99: at(0.99), p999: at(0.999), max: self.max, n })
+    }
+}
+
+/// What one file, or several together, held at one moment.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct StatsSnapshot {
+    counters: [u64; Counter::ALL.len()],
+    hists: [Counts; Metric::ALL.len()],
+    /// By slot and metric.
+    strips: BTreeMap<(u32, Metric), Counts>,
+}
+
+/// What a histogram comes to, ns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Percentiles {
+    /// Half of all values are at most this.
+    pub p50: u64,
+    /// 90 %.
+    pub p90: u64,
+    /// 99 %.
+    pub p99: u64,
+    /// 99.9 %.
+    pub p999: u64,
+    /// The largest value, exactly.
+    pub max: u64,
+    /// How many values.
+    pub n: u64,
+}
+
+impl StatsSnapshot {
+    /// A counter.
+    pub fn counter(&self, counter: Counter) -> u64 {
+        self.counters[counter as usize]
+    }
+
+    /// Late periods, by cause in the order of [`Cause::ALL`].
+    pub fn late(&self) -> [u64; Cause::ALL.len()] {
+        Cause::ALL.map(|cause| self.counter(Counter::late(cause)))
+    }
+
+    /// Adds what another snapshot holds.
+    pub fn merge(&mut self, other: &StatsSnapshot) {
+        for (mine, theirs) in self.counters.iter_mut().zip(&other.counters) {
+            *mine += theirs;
+        }
+        for (mine, theirs) in self.hists.iter_mut().zip(&other.hists) {
+            mine.merge(theirs);
+        }
+        for (key, theirs) in &other.strips {
+            self.strips.entry(*key).or_default().merge(theirs);
+        }
+    }
+
+    /// A metric as a histogram of three significant digits; `None` if nothing was measured.
+    pub fn histogram(&self, metric: Metric) -> Option<Histogram<u64>> {
+        self.hists[metric as usize].histogram(FINE)
+    }
+
+    /// A metric in six numbers; `None` if nothing was measured.
+    pub fn percentiles(&self, metric: Metric) -> Option<Percentiles> {
+        self.hists[metric as usize].percentiles(FINE)
+    }
+
+    /// What was kept of a metric by robot: slot and numbers, sorted.
+    pub fn by_robot(&self, metric: Metric) -> Vec<(u32, Percentiles)> {
+        let of = self.strips.iter().filter(|((_, kept), _)| *kept == metric);
+        of.filter_map(|((slot, _), counts)| Some((*slot, counts.percentiles(COARSE)?))).collect()
+    }
+
+    /// The same of one robot, as a histogram.
+    pub fn histogram_of(&self, slot: u32, metric: Metric) -> Option<Histogram<u64>> {
+        self.strips.get(&(slot, metric))?.histogram(COARSE)
+    }
+
+    fn parse(bytes: &[u8]) -> Option<StatsSnapshot> {
+        let u64_at = |at: usize| Some(u64::from_ne_bytes(bytes.get(at..at + 8)?.try_into().ok()?));
+        let u32_at = |at: usize| Some(u32::from_ne_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+        let counts_at = |at: usize, end: usize| {
+            let (words, _) = bytes.get(at..end)?.as_chunks::<4>();
+            Some(words.iter().map(|word| u64::from(u32::from_ne_bytes(*word))).collect())
+        };
+        if u64_at(0)? != MAGIC {
+            return None;
+        }
+        let present = u64_at(PRESENT)?;
+        let mut snapshot = StatsSnapshot::default();
+        for (counter, word) in Counter::ALL.iter().zip(&mut snapshot.counters) {
+            *word = u64_at(COUNTERS + 8 * *counter as usize)?;
+        }
+        let mut at = HISTOGRAMS;
+        for (metric, hist) in Metric::ALL.iter().zip(&mut snapshot.hists) {
+            if present >> *metric as u32 & 1 == 1 {
+                *hist = Counts { max: u64_at(at)?, counts: counts_at(at + 64, at + HISTOGRAM_SIZE)? };
+                at += HISTOGRAM_SIZE;
+            }
+        }
+        for strip in 0..usize::try_from(u64_at(STRIPS)?).ok()? {
+            let at = at + strip * STRIP_SIZE;
+            bytes.get(at..at + STRIP_SIZE)?;
+            let (slot, metric) = (u32_at(at)?, u32_at(at + STRIP_METRIC)?);
+            let metric = Metric::ALL.into_iter().find(|known| *known as u32 == metric);
+            let Some((slot, metric)) = slot.checked_sub(1).zip(metric) else { continue };
+            let buckets_at = at + STRIP_BUCKETS;
+            let counts = counts_at(buckets_at, buckets_at + COARSE.buckets() * 4)?;
+            snapshot.strips.insert((slot, metric), Counts { max: u64_at(at + STRIP_MAX)?, counts });
+        }
+        Some(snapshot)
+    }
+}
+
+/// What all processes of the fleet have counted so far, by the name of the file, sorted.
+///
+/// # Errors
+/// When the fleet is gone.
+pub fn read_all(address: &Address) -> Result<Vec<(String, StatsSnapshot)>> {
+    let directory = address.file(DIRECTORY);
+    let failed = |e| BusError::io(&directory, "read the statistics", e);
+    let entries = match std::fs::read_dir(&directory) {
+        Ok(entries) => entries,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound && address.root().is_dir() => return Ok(Vec::new()),
+        Err(e) => return Err(failed(e)),
+    };
+    let mut all = Vec::new();
+    for entry in entries {
+        let entry = entry.map_err(failed)?;
+        // Files that are being made have no name yet, only a draft's, and no magic.
+        let Ok(bytes) = std::fs::read(entry.path()) else { continue };
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if let Some(snapshot) = StatsSnapshot::parse(&bytes).filter(|_| !name.contains(".draft")) {
+            all.push((name, snapshot));
+        }
+    }
+    all.sort_by(|(a, _), (b, _)| a.cmp(b));
+    Ok(all)
+}
