@@ -92,6 +92,19 @@ pub fn usage(address: &Address) -> u64 {
     objects + bytes_below(address.root())
 }
 
+/// What is left of a fleet that has ended: its objects, its root, its processes; in words.
+pub fn left_of(address: &Address) -> Vec<String> {
+    let prefix = address.prefix();
+    let objects = listed(Path::new(SHM)).unwrap_or_default().into_iter();
+    let mut left: Vec<String> = objects
+        .filter(|(name, path)| name.starts_with(&prefix) || path == address.root())
+        .map(|(_, path)| path.display().to_string())
+        .collect();
+    left.sort();
+    left.extend(processes_of(address).into_iter().map(|pid| format!("process {pid}")));
+    left
+}
+
 /// All fleets of this user on this machine, by id.
 ///
 /// # Errors

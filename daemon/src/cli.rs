@@ -38,6 +38,8 @@ pub enum Verb {
     Plot(PlotArgs),
     /// Hold the methods against their papers
     Reproduce(ReproduceArgs),
+    /// Run a fleet in real time, and say whether this machine keeps up
+    Stress(StressArgs),
     /// Measure the parts
     #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
     Bench(BenchVerb),
@@ -53,6 +55,8 @@ pub enum Verb {
     Clean(CleanArgs),
     /// Show the robots of a running fleet
     Ps(PsArgs),
+    /// Show how late and how old things are in a running fleet
+    Latency(LatencyArgs),
     /// Let one more robot join a running fleet
     Add(AddArgs),
     /// Give a robot of a running fleet something to do
@@ -319,6 +323,86 @@ pub struct PsArgs {
     /// Which fleet; without it, all that are running.
     #[command(flatten)]
     pub fleet: FleetArg,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal stress`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal stress                             15 robots at 50 Hz for a minute
+  shoal stress --robots 64 --duration 20s
+  shoal stress --hz 200 --format json > stress.json
+
+Every robot is a process that drives all the time and hears those around it. The
+verdict is `valid` or `starved`; neither changes the exit code, what a fleet
+leaves behind does (1).")]
+pub struct StressArgs {
+    /// So many robots
+    #[arg(long, value_name = "N", default_value_t = 15, allow_negative_numbers = true)]
+    pub robots: usize,
+    /// For so long: 60s, 1.5m, 500ms, or seconds
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = parse_duration, allow_hyphen_values = true)]
+    pub duration: f64,
+    /// Periods per second of every process
+    #[arg(long, value_name = "HZ", default_value_t = 50.0, value_parser = parse_number, allow_hyphen_values = true)]
+    pub hz: f64,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// What is measured in a fleet, by the name that the command line has for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum MetricArg {
+    /// Age of a neighbour's pose when the planner uses it
+    #[default]
+    PoseAge,
+    /// How late a process wakes up
+    Wake,
+    /// Time in the planner
+    Plan,
+    /// Time from waking up to the command
+    Step,
+    /// Age of a command when it acts in the world
+    CommandAge,
+    /// From the odometry to the moment that the command computed from it acts
+    Reaction,
+}
+
+/// `shoal latency`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal latency                        the fleet, then every robot: pose age
+  shoal latency --metric wake          every robot: how late it wakes up
+  shoal latency r03                    everything about one robot
+  shoal latency r03 --pairs            whose poses it used, and how old they were
+  shoal latency --metric reaction --histogram
+  shoal latency --svg ages.svg
+
+It reads what the processes count into shared memory, and costs them nothing.")]
+pub struct LatencyArgs {
+    /// Which fleet.
+    #[command(flatten)]
+    pub fleet: FleetArg,
+    /// These robots; without any, all
+    #[arg(value_name = "ROBOT")]
+    pub robots: Vec<String>,
+    /// What the table of robots and the histogram show
+    #[arg(long, value_enum, value_name = "METRIC", default_value_t)]
+    pub metric: MetricArg,
+    /// List whose poses every robot used, and how old they were
+    #[arg(long)]
+    pub pairs: bool,
+    /// Draw a histogram
+    #[arg(long)]
+    pub histogram: bool,
+    /// Draw the histogram into this file
+    #[arg(long, value_name = "FILE.svg")]
+    pub svg: Option<PathBuf>,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,

@@ -90,7 +90,7 @@ fn help_shows_what_exists_and_nothing_else() {
     {
         assert!(help.contains(&format!("\n  {verb} ")), "{verb}: {help}");
     }
-    for verb in ["agent", "world", "guardian", "other", "up", "down", "stress"] {
+    for verb in ["agent", "world", "guardian", "other", "up", "down", "top"] {
         assert!(!help.contains(&format!("\n  {verb} ")), "{verb}: {help}");
     }
 }

@@ -44,6 +44,8 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Doctor(options) => verbs::doctor::run(options),
         Verb::Clean(options) => done(verbs::clean::run(options)),
         Verb::Ps(options) => verbs::ps::run(options),
+        Verb::Latency(options) => done(verbs::latency::run(options)),
+        Verb::Stress(options) => verbs::stress::run(options),
         Verb::Add(options) => done(verbs::add::run(options)),
         Verb::Task(verb) => done(verbs::task::run(verb)),
         Verb::Agent(options) => done(verbs::internal::agent(options)),

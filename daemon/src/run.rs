@@ -98,17 +98,27 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran
 
 /// `lockstep` and `realtime`: every robot a process.
 fn as_processes(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran, Failure> {
-    let (robots, time) = (scenario.robots.len(), scenario.clock);
-    let mut terminal = Terminal(Progress::new(robots, time.ticks_max, time.tick_hz));
+    let mut terminal = Terminal::new(&scenario);
     let finished = supervisor::run(scenario, record.map(RecordPlace::path), &mut terminal);
-    terminal.0.finish();
+    terminal.finish();
     let finished = finished?;
     let failed = record.zip(finished.record_failed.as_ref()).map(|(place, cause)| place.failed(cause));
     Ok((facts_of(finished), failed.map_or(Ok(()), Err)))
 }
 
 /// The live line of a fleet.
-struct Terminal(Progress);
+pub(crate) struct Terminal(Progress);
+
+impl Terminal {
+    pub(crate) fn new(scenario: &Scenario) -> Terminal {
+        let (robots, time) = (scenario.robots.len(), scenario.clock);
+        Terminal(Progress::new(robots, time.ticks_max, time.tick_hz))
+    }
+
+    pub(crate) fn finish(&mut self) {
+        self.0.finish();
+    }
+}
 
 impl Watch for Terminal {
     fn progress(&mut self, state: &bus::Progress, wall_s: f64) {

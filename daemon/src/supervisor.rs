@@ -32,6 +32,8 @@ const SIGBUS: i32 = 7;
 
 /// What a run came to.
 pub struct Finished {
+    /// Where it lived; nothing should be left there.
+    pub address: Address,
     /// Ground truth.
     pub outcome: Outcome,
     /// The scenario, with the robots that were added.
@@ -233,6 +235,7 @@ impl Supervisor {
             return Err(failure.hint("the run has no outcome; everything of it has been removed"));
         };
         Ok(Finished {
+            address: self.address.clone(),
             outcome,
             scenario: self.coordinator.scenario().clone(),
             processes: self.children.take_measured(),

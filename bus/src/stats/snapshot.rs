@@ -38,6 +38,19 @@ impl Counts {
         (!histogram.is_empty()).then_some(histogram)
     }
 
+    fn spread(&self, scale: Scale, edges: &[u64]) -> Vec<u64> {
+        if self.counts.iter().all(|count| *count == 0) {
+            return Vec::new();
+        }
+        let mut spread = vec![0; edges.len()];
+        for (bucket, &count) in self.counts.iter().enumerate() {
+            if let Some(bin) = edges.partition_point(|edge| *edge <= scale.value_of(bucket)).checked_sub(1) {
+                spread[bin] += count;
+            }
+        }
+        spread
+    }
+
     fn percentiles(&self, scale: Scale) -> Option<Percentiles> {
         let histogram = self.histogram(scale)?;
         let at = |quantile| histogram.value_at_quantile(quantile).min(self.max);
@@ -96,11 +109,6 @@ impl StatsSnapshot {
         }
     }
 
-    /// A metric as a histogram of three significant digits; `None` if nothing was measured.
-    pub fn histogram(&self, metric: Metric) -> Option<Histogram<u64>> {
-        self.hists[metric as usize].histogram(FINE)
-    }
-
     /// A metric in six numbers; `None` if nothing was measured.
     pub fn percentiles(&self, metric: Metric) -> Option<Percentiles> {
         self.hists[metric as usize].percentiles(FINE)
@@ -112,9 +120,15 @@ impl StatsSnapshot {
         of.filter_map(|((slot, _), counts)| Some((*slot, counts.percentiles(COARSE)?))).collect()
     }
 
-    /// The same of one robot, as a histogram.
-    pub fn histogram_of(&self, slot: u32, metric: Metric) -> Option<Histogram<u64>> {
-        self.strips.get(&(slot, metric))?.histogram(COARSE)
+    /// How many values of a metric lie from each of these edges (ns, rising) up to the next; the last has no end.
+    /// A bucket counts where its middle is. Empty if nothing was measured.
+    pub fn spread(&self, metric: Metric, edges: &[u64]) -> Vec<u64> {
+        self.hists[metric as usize].spread(FINE, edges)
+    }
+
+    /// The same of what was kept of one robot.
+    pub fn spread_of(&self, slot: u32, metric: Metric, edges: &[u64]) -> Vec<u64> {
+        self.strips.get(&(slot, metric)).map_or_else(Vec::new, |counts| counts.spread(COARSE, edges))
     }
 
     fn parse(bytes: &[u8]) -> Option<StatsSnapshot> {

@@ -108,6 +108,21 @@ fn counters_add_up_and_what_was_not_measured_is_none() {
 }
 
 #[test]
+fn a_spread_counts_every_value_once() {
+    let snapshot = written(&[Metric::Wake], Strips::of_agent(4), |writer| {
+        [0, 99, 101, 999_000, 1_001_000, u64::MAX].into_iter().for_each(|ns| writer.record(Metric::Wake, ns));
+        [3_000, 900_000].into_iter().for_each(|ns| writer.record_of(3, Metric::PoseAge, ns, 1));
+    });
+    let edges = [0, 100, 1_000_000, 1 << 35];
+    assert_eq!(snapshot.spread(Metric::Wake, &edges), [2, 2, 1, 1]);
+    assert_eq!(snapshot.spread_of(3, Metric::PoseAge, &edges), [0, 2, 0, 0]);
+    assert_eq!(
+        (snapshot.spread(Metric::Plan, &edges), snapshot.spread_of(2, Metric::PoseAge, &edges)),
+        (vec![], vec![])
+    );
+}
+
+#[test]
 fn a_full_bucket_stays_full() {
     let snapshot = written(&[Metric::Wake], Strips::NONE, |writer| {
         // More of them than a bucket can count: an hour's stall of a loop of a million periods a second.
