@@ -72,6 +72,10 @@ const READY: usize = 0;
 const ANSWER: usize = 8;
 /// In a slot: counts signs of life of a robot that nobody waits for. Only its own process writes it.
 const SIGNS: usize = 16;
+/// In a slot: how many neighbours its robot heard in its newest step.
+const HEARD: usize = 24;
+/// When each of the last ticks was opened, for observers; behind the slots.
+const TRACE: usize = 1024;
 
 /// In the counter: ring for each answer, not only for the last one.
 const EACH: u64 = 1 << 31;
@@ -131,7 +135,7 @@ impl Gate {
     /// # Errors
     /// When shared memory is full or closed to us.
     pub fn create(address: &Address, max_robots: u32) -> Result<Gate> {
-        let len = SLOTS + max_robots as usize * SLOT_SIZE;
+        let len = SLOTS + max_robots as usize * SLOT_SIZE + TRACE * 8;
         let map = Mapping::create(address, FILE, len, |map| {
             map.u32_at(MAX_ROBOTS).store(max_robots, Relaxed);
             for slot in 0..max_robots as usize {
@@ -151,7 +155,7 @@ impl Gate {
     }
 
     fn on(map: Mapping) -> Gate {
-        let room = (map.len() - SLOTS) / SLOT_SIZE;
+        let room = map.len().saturating_sub(SLOTS + TRACE * 8) / SLOT_SIZE;
         let max_robots = map.u32_at(MAX_ROBOTS).load(Relaxed).min(u32::try_from(room).unwrap_or(u32::MAX));
         // One less than they are: the first wait returns once too often rather than miss a call from before.
         let heard = |at: usize| AtomicU32::new(map.u32_at(at).load(Acquire).wrapping_sub(1));
@@ -166,6 +170,7 @@ impl Gate {
         // A late decrement for an older tick fails from here on.
         self.map.u64_at(COUNTER).store(half(tick) << 32 | u64::from(expected), Release);
         self.map.u64_at(STAMPS[(tick & 1) as usize]).store(stamp_ns, Release);
+        self.trace(tick).store(stamp_ns, Relaxed);
         self.map.u64_at(TICK).store(tick + 1, Release);
         self.turn();
     }
@@ -297,6 +302,13 @@ impl Gate {
         }
     }
 
+    /// Says how many neighbours this robot heard in the step that it is about to answer. No system call.
+    pub fn note_heard(&self, seat: Seat, neighbors: usize) {
+        if let Some(word) = self.slot(seat.slot, HEARD) {
+            word.store(u64::from(seat.incarnation) << 32 | neighbors as u64, Relaxed);
+        }
+    }
+
     /// Sleeps until the common time base is known, or the run is over, or the time-out is; `None` in the latter cases.
     pub fn wait_start(&self, timeout: Duration) -> Option<u64> {
         self.sleep_until(timeout, || if self.stopped() { Some(None) } else { self.start_ns().map(Some) }).flatten()
@@ -350,6 +362,26 @@ impl Gate {
         Progress { tick: word(0), robots, arrived, contacts: word(2), stamp_ns: word(3) }
     }
 
+    /// How many neighbours this seat heard in its newest step; 0 before the first.
+    pub fn heard(&self, seat: Seat) -> usize {
+        let word = self.slot(seat.slot, HEARD).map_or(0, |word| word.load(Relaxed));
+        if word >> 32 == u64::from(seat.incarnation) { (word & u64::from(u32::MAX)) as usize } else { 0 }
+    }
+
+    /// The open tick, or the last one that was; `None` before the first.
+    pub fn newest_tick(&self) -> Option<u64> {
+        self.map.u64_at(TICK).load(Acquire).checked_sub(1)
+    }
+
+    /// When this tick was opened, if it is among the newest [`Gate::TRACED`]; a tick that is older or to come has the
+    /// time of another one.
+    pub fn opened_ns(&self, tick: u64) -> u64 {
+        self.trace(tick).load(Relaxed)
+    }
+
+    /// How many ticks back [`Gate::opened_ns`] knows.
+    pub const TRACED: u64 = TRACE as u64;
+
     /// How many slots it has.
     pub fn max_robots(&self) -> u32 {
         self.max_robots
@@ -368,6 +400,10 @@ impl Gate {
                 newer => opened = newer,
             }
         }
+    }
+
+    fn trace(&self, tick: u64) -> &AtomicU64 {
+        self.map.u64_at(self.map.len() - TRACE * 8 + (tick % TRACE as u64) as usize * 8)
     }
 
     fn turn(&self) {

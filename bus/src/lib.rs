@@ -10,6 +10,7 @@
 //! operator      operator -> daemon  requests and replies                         iceoryx2 request-response
 //! stats         any -> daemon       latency histograms and counters              counters in a file
 //! blame         any -> daemon       why a period was late                        the same file
+//! bare          nobody              the floor under the gate, to measure it by   futex words in a file
 //! ```
 //!
 //! A fleet lives in an [`Address`]: one directory on tmpfs and one prefix for shared-memory objects beside it. Whoever
@@ -18,6 +19,7 @@
 //! Nothing in here decides anything about robots, nothing spins, and no wait is without a bound.
 
 pub mod address;
+pub mod bare;
 mod bell;
 pub mod blame;
 mod board;

@@ -52,7 +52,7 @@ impl Sizes {
         let boards = robots * 3 / 2 * (24 * KIB + participants * 96);
         let nodes = participants * 12 * KIB;
         let specs = robots * (8 * KIB + 64 * u64::from(self.shape_pieces));
-        let gate = 4 * KIB + robots * 64;
+        let gate = 12 * KIB + robots * 64;
         let stats = stats::bytes_needed(robots);
         let control = control::BYTES_NEEDED + operator::bytes_needed(*self);
         (world + boards + nodes + specs + gate + stats + control + frames::bytes_needed(*self)) * 5 / 4

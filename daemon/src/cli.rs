@@ -68,6 +68,9 @@ pub enum Verb {
     /// The process of the world; started by the daemon.
     #[command(hide = true)]
     World(WorldArgs),
+    /// A process that only waits; started by `shoal bench`.
+    #[command(hide = true)]
+    Bare(BareArgs),
     /// Cleans after a daemon that was killed; started by the daemon.
     #[command(hide = true)]
     Guardian(GuardianArgs),
@@ -218,11 +221,86 @@ pub struct ReproduceArgs {
 /// `shoal bench`.
 #[derive(Debug, Subcommand)]
 pub enum BenchVerb {
+    /// A tick of `lockstep` beside a bare futex barrier
+    Loop(BenchLoopArgs),
+    /// `realtime` at a high rate beside bare timers
+    Realtime(BenchRealtimeArgs),
+    /// From the first spawn to the first tick, and one more robot
+    Startup(BenchStartupArgs),
     /// How long each method takes to plan a tick
     Planners(BenchPlannersArgs),
     /// A word that is no verb, or a verb that is not built yet.
     #[command(external_subcommand)]
     Other(Vec<OsString>),
+}
+
+/// `shoal bench loop`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal bench loop                     15, 64 and 200 robots, two methods: a minute or two
+  shoal bench loop --robots 15 --planner straight --ticks 1000000
+  shoal bench loop --format json > loop.json
+
+The fleet and as many bare processes at a futex barrier take turns, so that what
+disturbs one disturbs the other. `straight` drives in an empty world,
+`decentralized-apf` past ten obstacles; a robot hears 16 others at most.")]
+pub struct BenchLoopArgs {
+    /// Sizes of the fleets
+    #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "15,64,200", value_parser = parse_robots)]
+    pub robots: Vec<usize>,
+    /// Only this method: straight or decentralized-apf
+    #[arg(long, value_name = "NAME", value_parser = ["straight", "decentralized-apf"])]
+    pub planner: Option<String>,
+    /// Ticks of each fleet
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(100..))]
+    pub ticks: u64,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal bench realtime`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal bench realtime                 15 robots at 1 kHz, 64 at 200 Hz, 200 at 50 Hz
+  shoal bench realtime --robots 30 --hz 500 --seconds 10
+  shoal bench realtime --format json > realtime.json")]
+pub struct BenchRealtimeArgs {
+    /// Sizes of the fleets
+    #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "15,64,200", value_parser = parse_robots)]
+    pub robots: Vec<usize>,
+    /// Periods per second; without it, what fits the size of the fleet
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub hz: Option<u32>,
+    /// How often each is measured, fleet and timers by turns
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repetitions: u32,
+    /// How long each is measured
+    #[arg(long, value_name = "TIME", default_value = "3", value_parser = parse_duration, allow_hyphen_values = true)]
+    pub seconds: f64,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal bench startup`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal bench startup
+  shoal bench startup --robots 200 --repetitions 11 --format json")]
+pub struct BenchStartupArgs {
+    /// Sizes of the fleets
+    #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "15,64,200", value_parser = parse_robots)]
+    pub robots: Vec<usize>,
+    /// How often each is started, fleet and bare processes by turns
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repetitions: u32,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
 }
 
 /// `shoal bench planners`.
@@ -503,6 +581,40 @@ pub struct WorldArgs {
     pub parent: u32,
 }
 
+/// `shoal bare`, for `shoal bench`.
+#[derive(Debug, Args)]
+pub struct BareArgs {
+    /// The process that started this one.
+    #[arg(long)]
+    pub parent: u32,
+    /// What to wait for.
+    #[command(subcommand)]
+    pub wait: BareVerb,
+}
+
+/// What a bare process waits for.
+#[derive(Debug, Subcommand)]
+pub enum BareVerb {
+    /// The others, at a barrier.
+    Barrier {
+        /// Where it is.
+        #[arg(long)]
+        root: PathBuf,
+    },
+    /// Time; it writes how late it was, ns, four bytes each, to standard output.
+    Timer {
+        /// The first period begins then, monotonic clock, ns.
+        #[arg(long)]
+        first_ns: u64,
+        /// Length of a period, ns.
+        #[arg(long)]
+        period_ns: u64,
+        /// How many.
+        #[arg(long)]
+        periods: usize,
+    },
+}
+
 /// `shoal guardian`, for the daemon.
 #[derive(Debug, Args)]
 pub struct GuardianArgs {
@@ -526,6 +638,15 @@ pub fn parse_duration(text: &str) -> Result<f64, String> {
         Ok(number) if number.is_finite() && number > 0.0 => Ok(number * unit_s),
         Ok(_) => Err("a duration is more than zero".to_string()),
         Err(_) => Err("not a time; write 60s, 1.5m, 500ms, or seconds".to_string()),
+    }
+}
+
+/// How many robots a bench is to have: one less than a fleet can hold, because one more joins.
+fn parse_robots(text: &str) -> Result<usize, String> {
+    let most = scenarios::MAX_ROBOTS - 1;
+    match text.trim().parse() {
+        Ok(robots) if (1..=most).contains(&robots) => Ok(robots),
+        _ => Err(format!("`{text}` is not a number of robots; write sizes from 1 to {most}, as in 15,64,200")),
     }
 }
 

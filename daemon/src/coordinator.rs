@@ -273,6 +273,11 @@ impl Coordinator {
         }
     }
 
+    /// Whoever watches has seen enough: the run ends in good order.
+    pub fn enough(&mut self) {
+        self.actions.push(Action::Order(Order::Stop));
+    }
+
     /// The world is done: from here on processes may end without anybody minding.
     pub fn stopping(&mut self) {
         self.stopping = true;

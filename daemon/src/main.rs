@@ -30,7 +30,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
     let done = |result: Result<(), Failure>| result.map(|()| exit::OK);
     match verb {
         // What looks for leftovers must find them; a process of a fleet has better things to do.
-        Verb::Doctor(_) | Verb::Clean(_) | Verb::Agent(_) | Verb::World(_) | Verb::Guardian(_) => {}
+        Verb::Doctor(_) | Verb::Clean(_) | Verb::Agent(_) | Verb::World(_) | Verb::Bare(_) | Verb::Guardian(_) => {}
         _ => verbs::clean::silently(),
     }
     match verb {
@@ -50,6 +50,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Task(verb) => done(verbs::task::run(verb)),
         Verb::Agent(options) => done(verbs::internal::agent(options)),
         Verb::World(options) => done(verbs::internal::world(options)),
+        Verb::Bare(options) => done(verbs::internal::bare(options)),
         Verb::Guardian(options) => done(shoal::guardian::main(&options.root)),
         Verb::Other(words) => Err(verbs::unbuilt::refuse(words)),
     }

@@ -146,6 +146,11 @@ impl Children {
         self.all.iter().find(|child| child.who == Who::World).map(|child| child.pid.as_raw_pid() as u32)
     }
 
+    /// Processes that live; the world's is the first.
+    pub fn pids(&self) -> Vec<u32> {
+        self.all.iter().filter(|child| child.alive).map(|child| child.pid.as_raw_pid() as u32).collect()
+    }
+
     /// Sends a signal to a process that has not been reaped.
     pub fn signal(&self, pid: u32, signal: Signal) {
         if self.alive.contains_key(&(pid as i32))
@@ -173,13 +178,14 @@ impl Children {
         }
     }
 
-    /// The first tick has begun: from here on waiting for a processor counts. Does something once only.
-    pub fn begin_measuring(&mut self) {
-        if !std::mem::replace(&mut self.measuring, true) {
-            for child in self.all.iter_mut().filter(|child| child.alive) {
-                child.before = measure(child.pid, false);
-            }
+    /// The first tick has begun: from here on waiting for a processor counts. Does something the first time only;
+    /// whether this was it.
+    pub fn begin_measuring(&mut self) -> bool {
+        let first = !std::mem::replace(&mut self.measuring, true);
+        for child in self.all.iter_mut().filter(|child| first && child.alive) {
+            child.before = measure(child.pid, false);
         }
+        first
     }
 
     /// Measures every process that lives.
@@ -224,7 +230,7 @@ fn ending_of(status: &WaitIdStatus) -> Option<Ending> {
 }
 
 /// shoal itself, whatever has become of its file since it was started.
-fn shoal(verb: &str) -> Command {
+pub(crate) fn shoal(verb: &str) -> Command {
     #[expect(clippy::disallowed_methods, reason = "the supervisor starts the processes of the fleet")]
     let mut command = Command::new("/proc/self/exe");
     command.arg0("shoal").arg(verb);

@@ -54,8 +54,22 @@ pub struct Finished {
     pub record_failed: Option<String>,
 }
 
+/// A fleet whose first tick has begun.
+pub struct FleetView<'a> {
+    /// Where it lives.
+    pub address: &'a Address,
+    /// Its processes; the world's is the first.
+    pub pids: &'a [u32],
+}
+
 /// Whoever watches a run.
 pub trait Watch {
+    /// The first tick has begun.
+    fn started(&mut self, _fleet: &FleetView<'_>) {}
+    /// Whether it has seen enough: then the run ends in good order.
+    fn enough(&self) -> bool {
+        false
+    }
     /// Where the run is, this long after its first tick, s of wall time.
     fn progress(&mut self, progress: &Progress, wall_s: f64);
     /// Something happened.
@@ -85,6 +99,8 @@ pub struct Supervisor {
     world_ending: Option<Ending>,
     /// Somebody wants the end at once.
     killed: bool,
+    /// Whoever watches has seen enough.
+    enough: bool,
     spawned_ns: u64,
     node: Node,
     _services: Services,
@@ -151,6 +167,7 @@ impl Supervisor {
             signals,
             world_ending: None,
             killed: false,
+            enough: false,
             spawned_ns: 0,
             node,
             _services: services,
@@ -195,8 +212,13 @@ impl Supervisor {
             self.coordinator.time(now(), &|seat| gate.is_ready(seat));
             self.act(Some(watch))?;
             if self.gate.start_ns().is_some() {
-                self.children.begin_measuring();
+                if self.children.begin_measuring() {
+                    watch.started(&FleetView { address: &self.address, pids: &self.children.pids() });
+                }
                 self.show(watch);
+                if watch.enough() && !std::mem::replace(&mut self.enough, true) {
+                    self.coordinator.enough();
+                }
             }
         }
         Ok(())

@@ -265,6 +265,7 @@ fn step(
         ..Command::default()
     };
     ports.robot.command(command.with_drive(outputs.drive));
+    ports.gate.note_heard(agent.spec().seat, ports.heard.len());
     for (who, spoken_ns) in agent.used() {
         let age_ns = used_ns.saturating_sub(spoken_ns);
         ports.stats.record(Metric::PoseAge, age_ns);

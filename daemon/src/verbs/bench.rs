@@ -1,6 +1,12 @@
 //! `shoal bench`: how long the parts take. Figures of this machine at this moment; nothing is judged by them.
 
+mod crew;
+mod figures;
+mod lockstep;
 mod planners;
+mod realtime;
+mod scene;
+mod startup;
 
 use super::unbuilt;
 use crate::cli::BenchVerb;
@@ -12,6 +18,9 @@ use crate::exit::Failure;
 /// With exit code 2, when what was asked for is not there.
 pub fn run(verb: &BenchVerb) -> Result<i32, Failure> {
     match verb {
+        BenchVerb::Loop(options) => lockstep::run(options),
+        BenchVerb::Realtime(options) => realtime::run(options),
+        BenchVerb::Startup(options) => startup::run(options),
         BenchVerb::Planners(options) => planners::run(options),
         BenchVerb::Other(words) => Err(unbuilt::refuse_bench(words)),
     }

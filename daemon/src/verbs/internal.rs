@@ -1,9 +1,11 @@
 //! The processes of a fleet: what the daemon starts this very file for.
 
-use crate::cli::{AgentArgs, WorldArgs};
+use crate::cli::{AgentArgs, BareArgs, BareVerb, WorldArgs};
 use crate::exit::Failure;
+use bus::{Address, bare};
 use protocol::Seat;
 use robot_agent::shell::{Args, ShellError as AgentError};
+use std::io::Write;
 use world_sim::shell::ShellError as WorldError;
 
 /// `shoal agent`: the process of one robot.
@@ -29,4 +31,25 @@ pub fn world(options: &WorldArgs) -> Result<(), Failure> {
         WorldError::Bus(error) => error.into(),
         error => Failure::environment(error.to_string()),
     })
+}
+
+/// `shoal bare`: a process that only waits.
+///
+/// # Errors
+/// When its barrier is gone, or nobody reads what it writes.
+pub fn bare(options: &BareArgs) -> Result<(), Failure> {
+    if !bus::process::die_with_parent(options.parent) {
+        return Ok(());
+    }
+    match &options.wait {
+        BareVerb::Barrier { root } => bare::Barrier::open(&Address::at(root)?)?.serve(),
+        BareVerb::Timer { first_ns, period_ns, periods } => {
+            let late_ns = bare::timer(*first_ns, *period_ns, *periods);
+            let bytes: Vec<u8> = late_ns.into_iter().flat_map(u32::to_ne_bytes).collect();
+            std::io::stdout()
+                .write_all(&bytes)
+                .map_err(|error| Failure::environment(format!("standard output: cannot write: {error}")))?;
+        }
+    }
+    Ok(())
 }

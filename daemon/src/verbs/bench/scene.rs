@@ -1,0 +1,138 @@
+//! The fleets of the benches: a block of robots on a lattice that drives on, so that whom a robot hears does not depend
+//! on how large the fleet is, nor on how long it has been running.
+
+use crate::exit::Failure;
+use crate::source;
+use scenarios::{Overrides, Scenario};
+
+/// From robot to robot, m.
+const SPACING_M: f64 = 2.0;
+/// The four nearest rings of the lattice: at most twelve neighbours.
+const RADIO_M: f64 = 2.1 * SPACING_M;
+/// In the worlds that have obstacles.
+const OBSTACLES: usize = 10;
+
+/// What a bench needs of a fleet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scene {
+    pub(super) robots: usize,
+    pub(super) mode: &'static str,
+    pub(super) planner: &'static str,
+    /// Ten obstacles before the block, and every robot sees all of them.
+    pub(super) obstacles: bool,
+    /// The robots are where they are to go.
+    pub(super) parked: bool,
+    pub(super) tick_hz: f64,
+    pub(super) duration_s: f64,
+}
+
+impl Scene {
+    /// As a scenario.
+    pub(super) fn scenario(&self) -> Result<Scenario, Failure> {
+        scenarios::parse("bench", &self.text(), &Overrides::default()).map_err(|problems| source::failure(&problems))
+    }
+
+    fn text(&self) -> String {
+        let Scene { robots, mode, planner, tick_hz, duration_s, .. } = self;
+        let way_m = if self.parked { 0.01 } else { 9e5 };
+        let sensor_m = if self.obstacles { 1e4 } else { 1.0 };
+        let mut text = format!(
+            r#"
+            [world]
+            x_m = [-1e3, 1e6]
+            y_m = [-1e3, 1e3]
+            [clock]
+            mode = "{mode}"
+            tick_hz = {tick_hz}
+            duration_s = {duration_s}
+            stop = "duration"
+            [defaults]
+            planner = "{planner}"
+            sensor_range_m = {sensor_m}
+            radio_range_m = {RADIO_M}
+            radio_hysteresis_m = 0.1
+            [layout]
+            kind = "grid"
+            robots = {robots}
+            spacing_m = {SPACING_M}
+            offset_m = [{way_m}, 0]
+            "#
+        );
+        let half_m = SPACING_M * (*robots as f64).sqrt() / 2.0;
+        for index in 0..if self.obstacles { OBSTACLES } else { 0 } {
+            // Spread over the breadth of the block, one behind the other.
+            let across = (index * 7 % OBSTACLES) as f64 / OBSTACLES as f64 - 0.45;
+            let (x_m, y_m) = (half_m + 2.0 + index as f64, 2.0 * half_m * across);
+            text += &format!("[[obstacle]]\nshape = \"disc\"\ncenter_m = [{x_m}, {y_m}]\nradius_m = 0.2\n");
+        }
+        text
+    }
+
+    /// A free place at the edge of the block, for one more.
+    pub(super) fn place(&self) -> [f64; 2] {
+        let columns = (self.robots as f64).sqrt().ceil();
+        let rows = (self.robots as f64 / columns).ceil();
+        [0.5 * SPACING_M * (columns - 1.0) - SPACING_M, -0.5 * SPACING_M * (rows - 1.0) - SPACING_M]
+    }
+
+    /// How many of the robots one at this place hears.
+    pub(super) fn in_range(scenario: &Scenario, [x_m, y_m]: [f64; 2]) -> usize {
+        let near = |robot: &&scenarios::Robot| (robot.start.x - x_m).hypot(robot.start.y - y_m) <= RADIO_M;
+        scenario.robots.iter().filter(near).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::single;
+    use std::ops::ControlFlow;
+
+    /// On the way past the obstacles too.
+    #[test]
+    fn nobody_hears_more_than_sixteen() {
+        for robots in [15, 64, 200] {
+            for (planner, obstacles) in [("straight", false), ("decentralized-apf", true)] {
+                let scene = Scene {
+                    robots,
+                    mode: "single",
+                    planner,
+                    obstacles,
+                    parked: false,
+                    tick_hz: 20.0,
+                    duration_s: 20.0,
+                };
+                let scenario = scene.scenario().unwrap();
+                let (mut most, mut ticks) = (0, 0);
+                single::run(&scenario, &mut |world, _| {
+                    most = (0..robots).map(|slot| world.neighbors(slot).len()).fold(most, usize::max);
+                    ticks += 1;
+                    ControlFlow::Continue(())
+                })
+                .unwrap();
+                assert_eq!(ticks, 400);
+                assert!((4..=16).contains(&most), "{robots} robots, {planner}: {most}");
+            }
+        }
+    }
+
+    #[test]
+    fn there_is_room_for_one_more() {
+        for robots in [1, 2, 15, 64, 200] {
+            let scene = Scene {
+                robots,
+                mode: "realtime",
+                planner: "straight",
+                obstacles: false,
+                parked: true,
+                tick_hz: 50.0,
+                duration_s: 1.0,
+            };
+            let scenario = scene.scenario().unwrap();
+            let [x_m, y_m] = scene.place();
+            let gaps = scenario.robots.iter().map(|robot| (robot.start.x - x_m).hypot(robot.start.y - y_m));
+            assert!(gaps.fold(f64::INFINITY, f64::min) >= SPACING_M - 1e-9, "{robots}");
+            assert!(Scene::in_range(&scenario, [x_m, y_m]) >= 1, "{robots}");
+        }
+    }
+}
