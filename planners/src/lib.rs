@@ -5,8 +5,10 @@
 //!
 //! Units are SI; angles are radians, counter-clockwise from +x; x is forward and y is left in a body frame.
 
+pub mod amr_apf;
 pub mod apf;
 pub mod arm;
+pub mod dapf;
 pub mod decentralized_apf;
 pub mod drive;
 pub mod geometry;

@@ -72,6 +72,8 @@ pub static METHODS: &[&Method] = &[
     &crate::liquid::offline::METHOD,
     &crate::liquid::online::METHOD,
     &crate::pso_via_points::METHOD,
+    &crate::amr_apf::METHOD,
+    &crate::dapf::METHOD,
 ];
 
 /// The method of that name.

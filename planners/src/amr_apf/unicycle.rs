@@ -1,0 +1,33 @@
+//! A point robot drives as a unicycle whose heading the method remembers.
+
+use super::field::Own;
+use super::speed::Twist;
+use crate::drive::{Drive, Kind, wrap};
+use crate::planner::PlanInput;
+use nalgebra::Vector2;
+
+/// The robot as the forces see it. A point robot starts facing its goal.
+pub(crate) fn own(input: &PlanInput<'_>, remembered_rad: Option<f64>, sgn_zero: bool) -> Own {
+    let heading_rad = match input.kind {
+        Kind::Unicycle | Kind::TwoLinkArm => input.yaw_rad,
+        Kind::Point => remembered_rad.unwrap_or_else(|| {
+            let to_goal = input.goal - input.position;
+            if to_goal.norm() > 0.0 { to_goal.y.atan2(to_goal.x) } else { input.yaw_rad }
+        }),
+    };
+    Own { position: input.position, heading_rad, goal: input.goal, sgn_zero }
+}
+
+/// The command in the form that the body understands.
+pub(crate) fn drive(twist: Twist, own: &Own, input: &PlanInput<'_>, remembered_rad: &mut Option<f64>) -> Drive {
+    let Twist { speed_mps, turn_radps } = twist;
+    match input.kind {
+        Kind::TwoLinkArm => Drive::stop(input.kind),
+        Kind::Unicycle => Drive::Twist { speed_mps, turn_radps }.within(&input.limits),
+        Kind::Point => {
+            let heading = wrap(own.heading_rad + turn_radps * input.dt_s);
+            *remembered_rad = Some(heading);
+            Drive::Velocity(speed_mps * Vector2::new(heading.cos(), heading.sin()))
+        }
+    }
+}
