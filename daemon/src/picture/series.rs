@@ -97,8 +97,10 @@ fn paths(series: &Series) -> String {
     sheet(series, axes, &legend, |pad, axes| {
         axes.draw(pad, &series.x, &series.y);
         for [x, y, r] in &series.discs {
-            pad.disc(axes.at([*x, *y]), axes.length(*r), STONE);
-            pad.ring(axes.at([*x, *y]), axes.length(*r), STONE_EDGE, 1.0);
+            // Some papers have obstacles that are points.
+            let radius = axes.length(*r).max(3.0);
+            pad.disc(axes.at([*x, *y]), radius, STONE);
+            pad.ring(axes.at([*x, *y]), radius, STONE_EDGE, 1.0);
         }
         for ((_, points), i) in series.lines.iter().filter(|(name, _)| name.starts_with(POSE)).zip(1..) {
             let drawn: Vec<[f64; 2]> = points.iter().map(|p| axes.at(*p)).collect();

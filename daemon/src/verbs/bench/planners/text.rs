@@ -1,0 +1,132 @@
+//! The tables.
+
+use super::{CELL_S_MAX, Measured, TARGET_CELL, Target, Verdict};
+use crate::report::{Column, Page, table};
+
+/// What a table shows of a cell.
+type Figure = fn(&Measured) -> f64;
+
+/// The tables, and what is to be said about them.
+pub(super) fn render(cells: &[Measured], verdicts: &[Verdict], width: usize) -> String {
+    let mut page = Page::new(width);
+    let mut names: Vec<&str> = cells.iter().map(|cell| cell.planner).collect();
+    names.dedup();
+    let most = cells.iter().map(|cell| cell.plans).max().unwrap_or(0);
+    let columns = [
+        Column::left("method", 0, 24),
+        Column::right("10 | 0", 0),
+        Column::right("4", 0),
+        Column::right("16", 0),
+        Column::right("64", 0),
+        Column::right("100 | 0", 0),
+        Column::right("4", 0),
+        Column::right("16", 0),
+        Column::right("64", 0),
+    ];
+    let figures: [(&str, Figure); 2] = [
+        ("median time of a plan, us; by obstacles | neighbours", |cell| cell.p50_us),
+        ("99 of 100 plans take at most, us", |cell| cell.p99_us),
+    ];
+    for (title, figure) in figures {
+        page.words(title, 0);
+        let rows: Vec<Vec<String>> = (names.iter())
+            .map(|name| {
+                let in_table = |c: &&Measured| (c.neighbors, c.obstacles) != TARGET_CELL;
+                let own = cells.iter().filter(|cell| cell.planner == *name).filter(in_table);
+                let mut row: Vec<String> =
+                    std::iter::once((*name).to_owned()).chain(own.map(|c| short(figure(c)))).collect();
+                row.resize(columns.len(), "-".to_owned());
+                row
+            })
+            .collect();
+        table(&columns, &rows, 2, page.width()).iter().for_each(|line| page.line(line));
+        page.gap();
+    }
+    if !verdicts.is_empty() {
+        let (neighbors, obstacles) = TARGET_CELL;
+        page.words(&format!("{neighbors} neighbours, {obstacles} obstacles in sight"), 0);
+        let columns = [
+            Column::left("method", 0, 24),
+            Column::right("p50 us", 0),
+            Column::right("p99 us", 0),
+            Column::left("target", 0, 34),
+            Column::right("holds", 0),
+        ];
+        let row = |verdict: &Verdict| {
+            let cell = cells.iter().find(|cell| {
+                (cell.planner, cell.neighbors, cell.obstacles)
+                    == (verdict.planner, verdict.neighbors, verdict.obstacles)
+            });
+            let figure = |of: Figure| cell.map_or("-".to_owned(), |cell| short(of(cell)));
+            let target = match verdict.target {
+                Target::MedianUs(limit) => format!("p50 < {limit} us"),
+                Target::SliceUs(limit) => {
+                    format!("longest {} < {} ms", short(verdict.measured_us * 1e-3), limit * 1e-3)
+                }
+            };
+            let holds = if verdict.holds { "yes" } else { "NO" };
+            vec![verdict.planner.to_owned(), figure(|c| c.p50_us), figure(|c| c.p99_us), target, holds.to_owned()]
+        };
+        let rows: Vec<Vec<String>> = verdicts.iter().map(row).collect();
+        table(&columns, &rows, 2, page.width()).iter().for_each(|line| page.line(line));
+        page.gap();
+    }
+    let build = if cfg!(debug_assertions) { " This is a debug build: a release build is faster." } else { "" };
+    page.words(&format!("{most} plans a cell.{build}"), 0);
+    for name in names {
+        let own = || cells.iter().filter(|cell| cell.planner == name);
+        let fewest = own().map(|cell| cell.plans).min().unwrap_or(0);
+        if fewest < most {
+            page.words(&format!("{name}: {fewest} at least; it ran for {CELL_S_MAX} s a cell."), 2);
+        }
+        // Of those that plan in slices: elsewhere in the tables the longest is the machine's doing.
+        let longest = own().filter_map(|cell| cell.cpu_max_us).reduce(f64::max);
+        if let Some(longest) = longest {
+            page.words(
+                &format!("{name}: it plans in slices, the longest of all cells {} ms.", short(longest * 1e-3)),
+                2,
+            );
+        }
+    }
+    page.into_text()
+}
+
+/// Three digits.
+fn short(us: f64) -> String {
+    match us {
+        us if us >= 99.95 => format!("{us:.0}"),
+        us if us >= 9.995 => format!("{us:.1}"),
+        us => format!("{us:.2}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::places;
+    use super::*;
+    use planners::METHODS;
+
+    #[test]
+    fn the_tables_fit_the_terminal() {
+        let cells: Vec<Measured> = METHODS
+            .iter()
+            .flat_map(|method| places().map(move |(n, o)| (method, n, o)))
+            .map(|(method, neighbors, obstacles)| Measured {
+                planner: method.name,
+                neighbors,
+                obstacles,
+                plans: 3000,
+                p50_us: 0.25,
+                p99_us: 1234.5,
+                max_us: 50_000.0,
+                cpu_max_us: Some(50_000.0),
+                first_us: 10.0,
+            })
+            .collect();
+        let verdicts: Vec<Verdict> = cells.iter().filter_map(Verdict::of).collect();
+        let text = render(&cells, &verdicts, 80);
+        assert_eq!(verdicts.len(), METHODS.len());
+        assert!(text.lines().all(|line| line.chars().count() <= 80 && !line.contains('…')), "{text}");
+        assert!(METHODS.iter().all(|method| text.contains(method.name)), "{text}");
+    }
+}
