@@ -93,9 +93,9 @@ fn counts() -> Series {
         if offline.arrives && online.arrives {
             let values = [offline.rounds, offline.steps(), online.rounds, online.steps()];
             for (bars, value) in bars.iter_mut().zip(values) {
-                bars.push([names.len() as f64, value as f64]);
+                bars.push([names.len() as f64 + 1.0, value as f64]);
             }
-            names.push(environment.name.trim_start_matches("liquid_").to_owned());
+            names.push(format!("{} {}", names.len() + 1, environment.name.trim_start_matches("liquid_")));
         }
     }
     let labels = ["liquid: rounds", "liquid: steps", "liquid-online: rounds", "liquid-online: steps"];

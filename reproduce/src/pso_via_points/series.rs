@@ -41,10 +41,10 @@ pub(super) fn series() -> Vec<Series> {
         reductions.iter().enumerate().map(|(i, both)| [(i + 1) as f64, get(both)]).collect()
     };
     all.push(Series {
-        name: "reductions".to_owned(),
+        name: "pso_reductions".to_owned(),
         title: "What the swarm takes off the raw path; the paper's four cases are in its own environments".to_owned(),
         x: "mass point 1, mass point 2, arm 1".to_owned(),
-        y: "reduction, %".to_owned(),
+        y: "reduction (%)".to_owned(),
         form: Form::Bars,
         lines: vec![("here".to_owned(), bars(|both| both.0)), ("paper".to_owned(), bars(|both| both.1))],
         discs: Vec::new(),
@@ -63,8 +63,8 @@ fn point(name: &str, base: Variant, all: &mut Vec<Series>, reductions: &mut Vec<
     all.push(Series {
         name: format!("{name}_paths"),
         title: format!("{name}: raw paths and the swarm's path"),
-        x: "x, m".to_owned(),
-        y: "y, m".to_owned(),
+        x: "x (m)".to_owned(),
+        y: "y (m)".to_owned(),
         form: Form::Paths,
         lines,
         discs: discs(&experiment),
@@ -74,7 +74,7 @@ fn point(name: &str, base: Variant, all: &mut Vec<Series>, reductions: &mut Vec<
         name: format!("{name}_convergence"),
         title: format!("{name}: best cost over the iterations, ten seeds"),
         x: "iteration".to_owned(),
-        y: "best cost, m".to_owned(),
+        y: "best cost (m)".to_owned(),
         form: Form::Lines,
         lines: runs.iter().enumerate().map(|(seed, run)| (format!("seed {seed}"), curve(&run.history))).collect(),
         discs: Vec::new(),
@@ -106,8 +106,8 @@ fn arm(name: &str, all: &mut Vec<Series>, reductions: &mut Vec<(f64, f64)>) {
     all.push(Series {
         name: format!("{name}_paths"),
         title: format!("{name}: paths of the tip and poses of the arm, elbow {elbow:?}"),
-        x: "x, m".to_owned(),
-        y: "y, m".to_owned(),
+        x: "x (m)".to_owned(),
+        y: "y (m)".to_owned(),
         form: Form::Paths,
         lines,
         discs: discs(&experiment),
@@ -119,8 +119,8 @@ fn arm(name: &str, all: &mut Vec<Series>, reductions: &mut Vec<(f64, f64)>) {
     all.push(Series {
         name: format!("{name}_joints"),
         title: format!("{name}: joint angles as driven, elbow {elbow:?}"),
-        x: "time, s".to_owned(),
-        y: "angle, degrees".to_owned(),
+        x: "time (s)".to_owned(),
+        y: "angle (degrees)".to_owned(),
         form: Form::Lines,
         lines: vec![("joint 1".to_owned(), joint(0)), ("joint 2".to_owned(), joint(1))],
         discs: Vec::new(),
