@@ -4,6 +4,7 @@
 //! A paper is one module: it knows the paper's experiments and yields [`Row`]s. The methods themselves are in
 //! `planners`; nothing here is used by a running fleet.
 
+pub mod amr_apf;
 pub mod decentralized_apf;
 pub mod environment;
 pub mod liquid;
@@ -15,4 +16,5 @@ pub mod simulate;
 pub use row::{Item, Paper, Row, Rows};
 
 /// The papers, in the order in which they are listed.
-pub static PAPERS: &[&Paper] = &[&decentralized_apf::PAPER, &rpoa::PAPER, &liquid::PAPER, &pso_via_points::PAPER];
+pub static PAPERS: &[&Paper] =
+    &[&decentralized_apf::PAPER, &rpoa::PAPER, &liquid::PAPER, &pso_via_points::PAPER, &amr_apf::PAPER];
