@@ -1,5 +1,6 @@
 //! The papers' fleets as real processes, in `lockstep`: what holds for robots that hear each other a tick late.
 
+mod amr_apf;
 mod decentralized_apf;
 
 use crate::exit::Failure;
@@ -38,6 +39,7 @@ pub(super) fn run(paper: &str, runs: u32, rows: &mut Rows<'_>) -> Fleets {
     let ended = match (paper, runs) {
         (_, 0) => Ok(()),
         ("decentralized-apf", _) => decentralized_apf::run(rows),
+        ("amr-apf", _) => amr_apf::run(runs, rows, &mut fleets.series),
         _ => Ok(()),
     };
     match ended {

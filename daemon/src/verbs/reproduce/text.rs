@@ -25,7 +25,7 @@ pub(super) fn conclude(papers: &[Summary], figures: Option<(&Path, usize)>) -> R
     if papers.len() > 1 {
         papers.iter().for_each(|summary| page.words(&sentence(summary), 2));
     }
-    if let Some((folder, count)) = figures {
+    if let Some((folder, count)) = figures.filter(|(_, count)| *count > 0) {
         page.words(&format!("{count} files of figures in {}", folder.display()), 2);
     }
     out::data(&page.into_text())
