@@ -1,4 +1,5 @@
-//! `shoal bench`: how long the parts take. Figures of this machine at this moment; nothing is judged by them.
+//! `shoal bench`: how long the parts take. Figures of this machine at this moment: where there are
+//! targets, they stand beside them, and the exit code does not depend on them.
 
 mod crew;
 mod figures;

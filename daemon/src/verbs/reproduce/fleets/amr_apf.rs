@@ -164,7 +164,7 @@ impl Experiment {
         self.layouts.iter().map(&mut batches).collect()
     }
 
-    /// Not more failures than the baseline anywhere; and whether bodies touch.
+    /// How often not all arrive, against the baseline; and whether bodies touch.
     fn failures(&self, rows: &mut Rows<'_>, found: &Found) {
         for who in [OF_C1, OF_DEFAULT] {
             let [ours, base] = [who, OF_BASE].map(|who| &self.contestants[who].name);
@@ -174,10 +174,17 @@ impl Experiment {
                 .filter(|(batches, _)| batches[who].failures > batches[OF_BASE].failures)
                 .map(|(_, place)| format!("{place}"))
                 .collect();
-            let more =
-                if more.is_empty() { String::new() } else { format!("; more with {} {}", self.place, more.join(", ")) };
+            // The specification asks it of C1; of our default only in all.
+            let (tolerance, ok) = match who {
+                OF_C1 => ("nowhere more", more.is_empty()),
+                _ => ("no more in all", count(who) <= count(OF_BASE)),
+            };
+            let more = match more.is_empty() {
+                true => String::new(),
+                false => format!("; more with {} {}", self.place, more.join(", ")),
+            };
             let ours = format!("{} against {}{more}", count(who), count(OF_BASE));
-            rows.push(item, None, ours, "nowhere more".to_owned(), more.is_empty());
+            rows.push(item, None, ours, tolerance.to_owned(), ok);
             let touching = |who: usize| found.iter().map(|batches| batches[who].touching).sum::<usize>();
             let item = Item::new(format!(
                 "{} {MODE}: runs of {} in which bodies touch",
@@ -228,7 +235,7 @@ fn case1_rows(rows: &mut Rows<'_>, found: &Found) {
             _ => (None, None, None),
         };
         let mut row = |who: usize, base: usize, oracle: Option<&str>, range: Option<(f64, f64)>| {
-            let names = [who, base].map(|who| ["C1", "default", "DAPF linear", "fair DAPF constant"][who]);
+            let names = [who, base].map(|who| ["C1", "default", "DAPF linear", "DAPF constant with right of way"][who]);
             let item = Item::new(format!("case 1 {MODE}, {robots} robots: {} against {}", names[0], names[1]))
                 .note("medians over moved starts of the runs in which all arrive");
             let item = Item { paper_value: paper.map(str::to_owned), ..item };
@@ -282,4 +289,49 @@ fn median(values: &[f64]) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let n = values.len();
     (n > 0).then(|| if n % 2 == 1 { values[n / 2] } else { 0.5 * (values[n / 2 - 1] + values[n / 2]) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocol::world_to_daemon::RobotOutcome;
+
+    #[test]
+    fn every_fleet_is_a_scenario() {
+        for layout in case2().into_iter().chain([case1(1), case1(15)]) {
+            for who in [C1, DEFAULT, LINEAR, CONSTANT, MAX3] {
+                let scenario = who.scenario(&jittered(&layout, 7, JITTER_M), 1.0).ok();
+                let scenario = scenario.unwrap_or_else(|| panic!("{}, {}", layout.name, who.name));
+                assert_eq!(scenario.robots.len(), layout.jobs.len());
+                assert_eq!(scenario.obstacles.len(), layout.pillars.len());
+                assert_eq!(scenario.robots[0].params, who.params(), "{}", who.name);
+            }
+        }
+    }
+
+    #[test]
+    fn batches_count_what_the_paper_counts() {
+        let run = |times_s: [Option<f64>; 2], robots_m: f64, pillar_m: f64| Outcome {
+            robots: times_s.map(|time_s| RobotOutcome { time_s, path_length_m: 4.0, ..RobotOutcome::default() }).into(),
+            min_clearance_m: Some(robots_m - 0.44),
+            min_obstacle_clearance_m: Some(pillar_m - 0.33),
+            ..Outcome::default()
+        };
+        let mut batch = Batch::default();
+        batch.add(&run([Some(40.0), Some(50.0)], 0.5, 0.3));
+        batch.add(&run([Some(60.0), Some(42.0)], 0.27, 0.234));
+        assert_eq!((batch.time_s(), batch.touching), (Some(55.0), 0));
+        batch.add(&run([Some(41.0), None], 0.26, 0.3));
+        batch.add(&run([None, None], 0.5, 0.23));
+        assert_eq!((batch.time_s(), batch.failures, batch.touching), (None, 2, 2), "half of the runs are no median");
+    }
+
+    #[test]
+    fn reductions_need_both_times() {
+        assert_eq!(reduced([Some(30.0), Some(40.0)]), ("25.0 % (40.0 s to 30.0 s)".to_owned(), Some(25.0)));
+        assert_eq!(reduced([Some(30.0), None]).1, None);
+        assert_eq!(median(&[3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&[4.0, 1.0]), Some(2.5));
+        assert_eq!(median(&[]), None);
+    }
 }
