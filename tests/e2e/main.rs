@@ -9,6 +9,7 @@
 mod environment;
 mod faults;
 mod hygiene;
+mod latency;
 mod lies;
 mod operators;
 mod processes;

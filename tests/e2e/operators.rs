@@ -100,4 +100,5 @@ fn with_no_fleet_running() {
     assert_eq!(ask(&["ps", "--format", "json"]).expect(0).report["fleets"], serde_json::json!([]));
     ask(&["task", "send", "a", "0,0"]).expect_failure(3, &["no fleet is running", "shoal run"]);
     ask(&["add", "--start", "0,0", "--goal", "1,1"]).expect_failure(3, &["no fleet is running"]);
+    ask(&["latency"]).expect_failure(3, &["no fleet is running", "shoal run"]);
 }

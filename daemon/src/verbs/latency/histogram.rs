@@ -71,7 +71,7 @@ impl Spread {
         let widest = self.counts.iter().map(|n| n.to_string().len()).max().unwrap_or(1);
         let names: Vec<String> = self.edges.iter().map(|edge| micros(*edge)).collect();
         let name_width = names.iter().map(String::len).max().unwrap_or(1);
-        let room = page.width().saturating_sub(name_width + widest + 13).max(4) as u64;
+        let room = page.width().saturating_sub(name_width + widest + 14).max(4) as u64;
         for (name, n) in names.iter().zip(&self.counts) {
             let share = 100.0 * *n as f64 / self.n() as f64;
             // Whatever is there can be seen.
