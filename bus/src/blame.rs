@@ -31,7 +31,7 @@ pub enum Cause {
     World,
     /// The odometry was old: the world was late.
     Input,
-    /// None of these: time stolen from the whole machine, a late timer, or a process that was stopped.
+    /// None of these: time stolen from the whole machine, or a late timer.
     Neither,
 }
 

@@ -53,8 +53,6 @@ impl Odometry {
     pub const FLAG_ARRIVED: u32 = 2;
     /// The robot has left for good: its process should end.
     pub const FLAG_LEFT: u32 = 4;
-    /// The timeline has stopped the robot's process: periods that it sleeps through are not missed.
-    pub const FLAG_PAUSED: u32 = 8;
 
     /// Whether a flag is set.
     pub fn has(&self, flag: u32) -> bool {

@@ -19,7 +19,7 @@ use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use scenarios::Mode;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::Duration;
 
 /// Longest sleep without a look at the stop word.
@@ -198,8 +198,12 @@ fn realtime(
     let passed = clock::now_ns().saturating_sub(first_ns).div_ceil(period_ns);
     let mut due_ns = first_ns + passed * period_ns;
     let mut watch = Watch::of_agent();
-    // From its first period in the world to the last tick of it, a robot is expected to be on time.
+    // From its first period in the world to the last tick of it, a robot is expected to be on time; not while somebody
+    // has stopped its process (SIGSTOP, which the timeline uses as well), of which it learns when it may go on.
     let mut expected = false;
+    let continued = Arc::new(AtomicBool::new(false));
+    // It is a wish: where it is refused, a stopped process counts as a late one.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGCONT, Arc::clone(&continued));
     loop {
         clock::sleep_until_ns(due_ns);
         let woken_ns = clock::now_ns();
@@ -230,7 +234,7 @@ fn realtime(
             input_age_ns: woken_ns.saturating_sub(odometry.stamp_ns),
             ..Period::default()
         };
-        if expected && !odometry.has(Odometry::FLAG_PAUSED) && !ports.gate.over() {
+        if expected && !continued.swap(false, Relaxed) && !ports.gate.over() {
             watch.judge(&mut ports.stats, period);
         }
         // The next period is the first one that has not gone by completely: it begins late, those before never.

@@ -52,6 +52,18 @@ fn a_slow_planner_is_to_blame_itself() {
     assert!(slow["wake_us"]["n"].as_u64() > slow["plan_us"]["n"].as_u64(), "{slow:#}");
 }
 
+#[test]
+fn a_robot_that_the_timeline_stops_is_not_late() {
+    let pause = "[[event]]\nat_s = 0.4\nkind = \"pause\"\nrobot = \"b\"\nfor_s = 4\n";
+    let ended = Run::scenario(&format!("{}{pause}", lanes(2, 1.0))).mode("realtime").finish();
+    let ticks = count(&ended.report["ticks"]);
+    let latency = &ended.report["latency"];
+    let (always, stopped) = (count(&robot(latency, "a")["periods"]), count(&robot(latency, "b")["periods"]));
+    // Stopped for 200 ticks, give or take what the machine needs for it.
+    assert!(ticks > 200 && stopped + 100 < ticks && always > stopped, "{always} and {stopped} of {ticks}\n{ended}");
+    ended.event("resumed", "b");
+}
+
 /// How often a bare timer with this period is later than a fifth of it, in how many periods.
 fn bare_timer(period_ns: u64, over: &AtomicBool) -> (u64, u64) {
     clock::set_timer_slack_1ns();

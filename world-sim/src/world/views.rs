@@ -127,8 +127,7 @@ impl World {
     pub(super) fn flags(&self, slot: usize) -> u32 {
         let present = if self.bodies[slot].takes_part { Odometry::FLAG_PRESENT } else { 0 };
         let left = if self.presences[slot].state == State::Left { Odometry::FLAG_LEFT } else { 0 };
-        let paused = if matches!(self.presences[slot].state, State::Paused { .. }) { Odometry::FLAG_PAUSED } else { 0 };
-        present | left | paused | if self.has_arrived(slot) { Odometry::FLAG_ARRIVED } else { 0 }
+        present | left | if self.has_arrived(slot) { Odometry::FLAG_ARRIVED } else { 0 }
     }
 
     fn has_arrived(&self, slot: usize) -> bool {
