@@ -414,9 +414,9 @@ Examples:
   shoal stress --robots 64 --duration 20s
   shoal stress --hz 200 --format json > stress.json
 
-Every robot is a process that drives all the time and hears those around it. The
-verdict is `valid` or `starved`; neither changes the exit code, what a fleet
-leaves behind does (1).")]
+Every robot is a process that drives all the time and hears those around it.
+The verdict is `valid` or `starved`; neither changes the exit code, what a
+fleet leaves behind does (1).")]
 pub struct StressArgs {
     /// So many robots
     #[arg(long, value_name = "N", default_value_t = 15, allow_negative_numbers = true)]
@@ -457,7 +457,7 @@ Examples:
   shoal latency                        the fleet, then every robot: pose age
   shoal latency --metric wake          every robot: how late it wakes up
   shoal latency r03                    everything about one robot
-  shoal latency r03 --pairs            whose poses it used, and how old they were
+  shoal latency r03 --pairs            whose poses it used, how old
   shoal latency --metric reaction --histogram
   shoal latency --svg ages.svg
 

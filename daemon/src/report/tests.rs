@@ -196,6 +196,9 @@ fn starved() -> RunFacts {
     let latency = facts.latency.as_mut().unwrap();
     latency.deadline_misses = Some(120);
     latency.blame = Some(Blame { late: 812, scheduler: 790, neither: 22, ..Blame::default() });
+    for (robot, late) in latency.per_robot.iter_mut().zip([20, 600, 0, 190, 2]) {
+        robot.blame = Some(Blame { late, scheduler: late, ..Blame::default() });
+    }
     latency.wake_us = percentiles(1500.0);
     facts.processes[3].run_queue_wait_s = Some(2.5);
     facts

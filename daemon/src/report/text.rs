@@ -94,6 +94,9 @@ fn headline(page: &mut Page, report: &Report) {
         if let Some(blame) = blame {
             page.words(&format!("- late periods, and what delayed them: {}", blame_words(&blame)), 2);
         }
+        if let Some(worst) = report.latency.as_ref().and_then(worst_words) {
+            page.words(&format!("- worst: {worst}"), 2);
+        }
         page.words(&format!("hint: {hint}"), 6);
     }
 }
@@ -122,6 +125,21 @@ pub(crate) fn blame_words(blame: &Blame) -> String {
         .map(|(cause, n)| format!("{} {n}", cause.word()))
         .collect();
     if parts.is_empty() { blame.late.to_string() } else { format!("{} ({})", blame.late, parts.join(", ")) }
+}
+
+/// The loops with the most late periods: `r03 50 of 600 (planner 50), world 3 of 600 (scheduler 3)`.
+fn worst_words(latency: &LatencyReport) -> Option<String> {
+    const NAMED_MAX: usize = 3;
+    let mut late: Vec<(&str, Blame, u64)> = (latency.per_robot.iter().chain(&latency.world))
+        .filter_map(|of| Some((of.id.as_str(), of.blame.filter(|blame| blame.late > 0)?, of.periods)))
+        .collect();
+    late.sort_by_key(|(_, blame, _)| std::cmp::Reverse(blame.late));
+    let words = late.iter().take(NAMED_MAX).map(|(id, blame, periods)| {
+        let most = blame.by_cause().into_iter().rev().max_by_key(|(_, n)| *n);
+        let cause = most.map_or_else(String::new, |(cause, n)| format!(" ({} {n})", cause.word()));
+        format!("{id} {} of {periods}{cause}", blame.late)
+    });
+    (!late.is_empty()).then(|| words.collect::<Vec<_>>().join(", "))
 }
 
 impl Blame {
