@@ -8,6 +8,7 @@
 //! |--------|----------------|------|---------|------------------------------------|
 //! |        | `variant`      |      | lin     |                                    |
 //! | s      | `safety_m`     | m    | 0.07    | wider around everything            |
+//! |        | `margin_m`     | m    | 0       | wider around robots                |
 //! |        | `turn_gain`    | rad/s | 2      | turns sharper                      |
 //! |        | `right_of_way` |      | off     |                                    |
 //!
@@ -18,7 +19,8 @@
 //! oversight, so it is off by default; `right_of_way = true` makes it work.
 //!
 //! What differs from the program in general (radii, speeds, other kinds of bodies) is as in
-//! [`amr_apf`](crate::amr_apf). Known limits: local minima; standstill of opposed robots.
+//! [`amr_apf`](crate::amr_apf), except that others are taken to be where they last said. Known limits: local minima;
+//! standstill of opposed robots.
 
 use crate::amr_apf::field::{Own, mu};
 use crate::amr_apf::speed::{Body, Pivot, SpeedLaw, Twist};
@@ -67,6 +69,9 @@ crate::params! {
         variant: Variant = Variant::Lin, "";
         /// Safety distance s, part of every ρ. Larger: wider around everything.
         safety_m: f64 = 0.07, "m", 0.0..=10.0;
+        /// Added to the radius of every robot, own and others, for bodies that are not round. Larger: wider around
+        /// robots than around obstacles.
+        margin_m: f64 = 0.0, "m", 0.0..=10.0;
         /// Turn rate at 0.2 m/s per sideways force of 4; grows with the speed limit. Larger: turns sharper.
         turn_gain: f64 = 2.0, "rad/s", 0.0..=100.0;
         /// Stand still while a robot with right of way is nearer than ρ_r (`const`: and in front).
@@ -140,6 +145,7 @@ impl Planner for Dapf {
         }
         let own = unicycle::own(input, self.heading_rad, self.params.sgn_zero);
         let exact = self.params.exact;
+        let radius_m = input.radius_m + self.params.margin_m;
         // The later program rounds only the pull.
         let all_exact = exact && self.params.variant != Variant::H;
         let to_goal = own.goal - own.position;
@@ -148,14 +154,14 @@ impl Planner for Dapf {
         let attraction = rounded(own.along(self.params.attraction(distance), direction), exact);
         let mut obstacles = Vector2::zeros();
         for obstacle in nearest_by_id(input.obstacles, own.position) {
-            let rho = input.radius_m + obstacle.shape.radius + self.params.safety_m;
+            let rho = radius_m + obstacle.shape.radius + self.params.safety_m;
             let at = obstacle.shape.nearest_core(own.position);
             obstacles += rounded(push(&own, at, rho, own.heading_rad), all_exact);
         }
         let mut robots = Vector2::zeros();
         let mut yields = false;
         for neighbor in input.neighbors {
-            let rho = input.radius_m + neighbor.radius_m + self.params.safety_m;
+            let rho = radius_m + neighbor.radius_m + self.params.margin_m + self.params.safety_m;
             // Two robots with one centre must not be pushed the same way, so the lower slot goes back.
             let apart = if self.robot < neighbor.id { 0.0 } else { PI };
             robots += rounded(push(&own, neighbor.position, rho, apart), all_exact);

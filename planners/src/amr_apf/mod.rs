@@ -19,6 +19,7 @@
 //! | 1st parameter | `c_r`            | 2ρ_r | 2.5     | sees crowds sooner                                        |
 //! |               | `c_g`            | 2ρ_r | 2.5     | stops looking for crowds farther from the goal            |
 //! | 2nd parameter | `c_adj`          | ρ_r  | 2.2     | takes looser groups for a crowd                           |
+//! |               | `margin_m`       | m    | 0       | r_rob larger than the body: wider around robots           |
 //! |               | `preset`         |      | fixed   |                                                           |
 //!
 //! The paper leaves most numbers open; they are those of the authors' programs, of which there are three: `c1` (the
@@ -228,7 +229,7 @@ impl AmrApf {
 
     fn add_obstacle(&self, sum: &mut Sum, input: &PlanInput<'_>, own: &Own, obstacle: &Obstacle) {
         let at = obstacle.shape.nearest_core(own.position);
-        let rho = input.radius_m + obstacle.shape.radius + self.params.safety_m;
+        let rho = self.radius_m(input) + obstacle.shape.radius + self.params.safety_m;
         let apart = own.heading_rad;
         sum.obstacles += self.settle(field::obstacle(&self.params, own, at, rho, apart, false));
         let distance = (at - own.position).norm();
@@ -259,8 +260,10 @@ impl AmrApf {
         }
         for obstacle in nearest_by_id(input.obstacles, other.position) {
             let at = obstacle.shape.nearest_core(other.position);
-            let rho_o = parked.radius_m.max(input.radius_m) + obstacle.shape.radius + self.params.safety_m;
-            let Some(trap) = trap(&self.params, other.position, at, other.rho_m, rho_o, input.radius_m) else {
+            let widest_m = parked.radius_m.max(input.radius_m) + self.params.margin_m;
+            let rho_o = widest_m + obstacle.shape.radius + self.params.safety_m;
+            let own_m = self.radius_m(input);
+            let Some(trap) = trap(&self.params, other.position, at, other.rho_m, rho_o, own_m) else {
                 continue;
             };
             if trap.parked {
@@ -277,7 +280,8 @@ impl AmrApf {
     /// Eq. 9 between two pillars: the gap between them is too narrow to drive through.
     fn add_pillar_gaps(&mut self, sum: &mut Sum, input: &PlanInput<'_>, own: &Own) {
         let s = self.params.safety_m;
-        let rho = |radius: f64| input.radius_m + radius + s;
+        let own_m = self.radius_m(input);
+        let rho = |radius: f64| own_m + radius + s;
         self.discs.clear();
         // A pillar farther away than this has no middle within reach.
         let near = |obstacle: &&Obstacle| {
@@ -310,7 +314,7 @@ impl AmrApf {
             heading_rad: course(neighbor),
             parked: neighbor.arrived || neighbor.stopped || silent,
             right_of_way: !silent && self.right_of_way(neighbor, input),
-            rho_m: input.radius_m + neighbor.radius_m + self.params.safety_m,
+            rho_m: self.radius_m(input) + neighbor.radius_m + self.params.margin_m + self.params.safety_m,
             // Two robots with one centre must not be pushed the same way, so the lower slot goes back.
             apart_rad: if self.robot < neighbor.id { 0.0 } else { PI },
         })
@@ -326,7 +330,8 @@ impl AmrApf {
     /// Step 1 of Eq. 10: who may belong to a crowd; then the crowds.
     fn crowds(&mut self, input: &PlanInput<'_>, own: &Own, near: bool) -> clusters::Crowds {
         let none = clusters::Crowds { force: Vector2::zeros(), stop: false };
-        let reach = 2.0 * (2.0 * input.radius_m + self.params.safety_m);
+        let own_m = self.radius_m(input);
+        let reach = 2.0 * (2.0 * own_m + self.params.safety_m);
         let params = &self.params;
         if params.clusters == Which::Off || (own.goal - own.position).norm() < params.c_g * reach {
             return none;
@@ -350,7 +355,7 @@ impl AmrApf {
         }
         self.scratch.candidates = candidates;
         let exact = params.exact;
-        clusters::crowds(params, own, input.radius_m, near, &mut self.scratch, |force| rounded(force, exact))
+        clusters::crowds(params, own, own_m, near, &mut self.scratch, |force| rounded(force, exact))
     }
 
     /// Whether a crowd stops the robot. Nothing else guarantees that a crowd opens, so there is an end to waiting.
@@ -394,6 +399,11 @@ impl AmrApf {
             twist.speed_mps = 0.0;
         }
         twist
+    }
+
+    /// r_rob of the robot itself.
+    fn radius_m(&self, input: &PlanInput<'_>) -> f64 {
+        input.radius_m + self.params.margin_m
     }
 
     fn settle(&self, force: Vector2<f64>) -> Vector2<f64> {

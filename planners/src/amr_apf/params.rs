@@ -120,6 +120,9 @@ crate::params! {
         near_goal_m: f64 = 0.5, "m", 0.0..=100.0;
         /// Safety distance s, part of every ρ. Larger: wider around everything.
         safety_m: f64 = 0.07, "m", 0.0..=10.0;
+        /// Added to the radius of every robot, own and others, for bodies that are not round. Larger: wider around
+        /// robots than around obstacles.
+        margin_m: f64 = 0.0, "m", 0.0..=10.0;
         /// When obstacles push to the side.
         obstacle_rule: Rule = Rule::Rings, "";
         /// When robots push to the side.

@@ -2,6 +2,7 @@
 //! environments are rows of `reproduce`.
 
 mod allocation;
+mod amr_apf;
 mod arm;
 mod decentralized_apf;
 mod geometry;
