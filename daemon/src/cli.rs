@@ -238,7 +238,7 @@ pub enum BenchVerb {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  shoal bench loop                     15, 64 and 200 robots, two methods: a minute or two
+  shoal bench loop                     15, 64 and 200 robots; takes minutes
   shoal bench loop --robots 15 --planner straight --ticks 1000000
   shoal bench loop --format json > loop.json
 

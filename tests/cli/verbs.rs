@@ -176,9 +176,13 @@ fn reproduction_can_be_interrupted() {
 
 #[test]
 fn plans_are_timed() {
-    let cells = json(&shoal("bench planners straight rpoa --plans 5 --format json"))["cells"].clone();
-    let cells = cells.as_array().expect("a list");
-    assert_eq!(cells.len(), 2 * 4 * 2);
+    let document = json(&shoal("bench planners straight rpoa liquid --plans 5 --format json"));
+    let cells = document["cells"].as_array().expect("a list");
+    assert_eq!(cells.len(), 3 * (2 * 4 + 1));
+    let targets = document["verdicts"].as_array().expect("a list");
+    assert_eq!(targets.len(), 3, "{document:#}");
+    assert_eq!(targets[1]["target"]["median_us"], 25.0, "{document:#}");
+    assert!(targets[2]["target"]["slice_us"].is_f64(), "{document:#}");
     for cell in cells {
         assert_eq!(cell["plans"], 5, "{cell:#}");
         assert!(cell["p50_us"].as_f64() <= cell["p99_us"].as_f64(), "{cell:#}");
