@@ -264,7 +264,7 @@ pub struct BenchLoopArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  shoal bench realtime                 15 robots at 1 kHz, 64 at 200 Hz, 200 at 50 Hz
+  shoal bench realtime                 15 at 1 kHz, 64 at 200 Hz, 200 at 50 Hz
   shoal bench realtime --robots 30 --hz 500 --seconds 10
   shoal bench realtime --format json > realtime.json")]
 pub struct BenchRealtimeArgs {
