@@ -1,0 +1,70 @@
+//! Statistics ask for no memory once their file is made, on time or late.
+
+mod common;
+
+use common::Home;
+use shoal_bus::blame::{Period, Watch};
+use shoal_bus::{Counter, Metric, StatsWriter, Strips, stats};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+/// The system's allocator, counting the calls of this thread.
+struct Counting;
+
+thread_local! {
+    static CALLS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call goes to the system's allocator as it is; counting in a constant-initialised thread local without
+// a destructor neither allocates nor unwinds.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        CALLS.with(|calls| calls.set(calls.get() + 1));
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn counting_asks_for_no_memory() {
+    const PERIOD_NS: u64 = 20_000_000;
+    const ROBOTS: u32 = 100;
+    let home = Home::new();
+    let metrics = [Metric::PoseAge, Metric::Wake];
+    let mut writer = StatsWriter::create(&home.0, "agent-0-0", &metrics, Strips::of_agent(ROBOTS)).unwrap();
+    let mut watch = Watch::of_agent();
+    let before = CALLS.with(Cell::get);
+    let mut due_ns = PERIOD_NS;
+    for n in 0..1000 {
+        // Every tenth period is late, every fiftieth stalls for five; the robots in range change all the time.
+        let late_ns = if n % 10 == 0 { PERIOD_NS / 2 } else { 50_000 };
+        let (woken_ns, stall_ns) = (due_ns + late_ns, if n % 50 == 0 { 5 * PERIOD_NS } else { 0 });
+        let done_ns = woken_ns + 20_000 + stall_ns;
+        let period =
+            Period { period_ns: PERIOD_NS, due_ns, woken_ns, done_ns, work_ns: 2000 + stall_ns, ..Period::default() };
+        for slot in (0..20).map(|k| (n as u32 + k) % ROBOTS) {
+            writer.record(Metric::PoseAge, 10_000_000);
+            writer.record_of(slot, Metric::PoseAge, 10_000_000, woken_ns);
+        }
+        watch.judge(&mut writer, period);
+        due_ns += PERIOD_NS * period.missed().max(1);
+    }
+    assert_eq!(CALLS.with(Cell::get) - before, 0);
+    drop(writer);
+    let (_, found) = &stats::read_all(&home.0).unwrap()[0];
+    let periods = due_ns / PERIOD_NS - 1;
+    // Each stall was over in the sixth period from its start: five were missed, four of which never began.
+    assert_eq!((found.counter(Counter::Periods), found.counter(Counter::DeadlineMisses)), (periods, 20 * 5));
+    assert_eq!(found.percentiles(Metric::Wake).unwrap().n, periods);
+    assert!(found.late().iter().sum::<u64>() >= 100 + 20 * 4, "{:?}", found.late());
+    let pairs: u64 = found.by_robot(Metric::PoseAge).iter().map(|(_, age)| age.n).sum();
+    assert_eq!(pairs + found.counter(Counter::UsesDropped), 20 * 1000);
+}
