@@ -1,7 +1,7 @@
 //! Pictures as SVG: what a run looked like, and the figures of the papers.
 //!
-//! [`pad`] draws lines and letters with plotters, [`axes`] knows where a number is on the paper, [`scene`] takes from a
-//! record what can be seen of a run, [`run`], [`series`] and [`histogram`] are the pictures. Everything is pure: data in, text out.
+//! `pad` draws lines and letters with plotters, `axes` knows where a number is on the paper, `scene` takes from a
+//! record what can be seen of a run, `run`, `series` and `histogram` are the pictures. Everything is pure: data in, text out.
 
 mod axes;
 pub mod histogram;
