@@ -361,12 +361,12 @@ impl AmrApf {
     /// Whether a crowd stops the robot. Nothing else guarantees that a crowd opens, so there is an end to waiting.
     fn held_by(&mut self, inside: bool, dt_s: f64) -> bool {
         let wait_s = self.params.crowd_wait_s;
-        if self.ignore_s > 0.0 {
+        if self.ignore_s > ROUNDING_S {
             self.ignore_s -= dt_s;
             return false;
         }
         self.held_s = if inside { self.held_s + dt_s } else { 0.0 };
-        if wait_s > 0.0 && self.held_s > wait_s {
+        if wait_s > 0.0 && self.held_s > wait_s + ROUNDING_S {
             (self.held_s, self.ignore_s) = (0.0, wait_s);
             return false;
         }
