@@ -5,7 +5,7 @@
 //! doi 10.1109/ECMR65884.2025.11163011. Equation numbers are those of the former.
 //!
 //! Where things are: the forces of Eqs. 1-8 in [`field`], crowds (Eq. 10) in [`clusters`], from force to command in
-//! [`speed`], parameters and presets in [`params`], one control cycle (Eq. 11) here. The baseline is
+//! [`speed`], parameters and presets in [`Params`], one control cycle (Eq. 11) here. The baseline is
 //! [`dapf`](crate::dapf).
 //!
 //! | paper         | here             | unit | default | larger means                                              |
