@@ -3,10 +3,21 @@
 use crate::board::{self, Board, Entry, EntryMut, Key, Watched};
 use crate::node::Node;
 use crate::{Result, Sizes};
+use iceoryx2::prelude::ZeroCopySend;
 use protocol::world_to_robot::{MAX_SENSED, NeighborList, NeighborRef, Odometry, Piece, SensedList};
-use std::collections::HashMap;
 
 const NAME: &str = "world";
+
+/// The odometry of a slot, and how often each of its lists was written: who reads the one knows whether to look at the
+/// others, which lie elsewhere.
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.WorldOdometry.v1")]
+struct Told {
+    odometry: Odometry,
+    neighbors_written: u32,
+    sensed_written: u32,
+}
 
 /// Entries are numbered by kind, then by slot or piece.
 #[derive(Clone, Copy)]
@@ -26,7 +37,7 @@ pub(crate) fn create(node: &Node, sizes: Sizes) -> Result<Board> {
     let mut creator = board::creator(node, NAME, sizes.participants_max());
     for slot in 0..sizes.max_robots {
         creator = creator
-            .add(key(Kind::Odometry, slot), Odometry::default())
+            .add(key(Kind::Odometry, slot), Told::default())
             .add(key(Kind::Neighbors, slot), NeighborList::EMPTY)
             .add(key(Kind::Sensed, slot), SensedList::EMPTY);
     }
@@ -38,7 +49,9 @@ pub(crate) fn create(node: &Node, sizes: Sizes) -> Result<Board> {
 
 /// The world's hand on its board. There can be one at a time, and none after a world that was killed.
 pub struct WorldWriter {
-    odometry: Vec<EntryMut<Odometry>>,
+    odometry: Vec<EntryMut<Told>>,
+    /// By slot, how often its lists of neighbours and of things in sight were written.
+    written: Vec<[u32; 2]>,
     neighbors: Vec<EntryMut<NeighborList>>,
     sensed: Vec<EntryMut<SensedList>>,
     pieces: Vec<EntryMut<Piece>>,
@@ -51,7 +64,7 @@ impl WorldWriter {
     /// When the board is not there, or somebody else writes it.
     pub fn open(node: &Node, sizes: Sizes) -> Result<WorldWriter> {
         let writer = board::writer(&board::open(node, NAME)?, NAME)?;
-        fn all<T: Copy + iceoryx2::prelude::ZeroCopySend + 'static>(
+        fn all<T: Copy + ZeroCopySend + 'static>(
             writer: &iceoryx2::port::writer::Writer<crate::node::Ipc, Key>,
             kind: Kind,
             count: u32,
@@ -60,32 +73,38 @@ impl WorldWriter {
         }
         Ok(WorldWriter {
             odometry: all(&writer, Kind::Odometry, sizes.max_robots)?,
+            written: vec![[0; 2]; sizes.max_robots as usize],
             neighbors: all(&writer, Kind::Neighbors, sizes.max_robots)?,
             sensed: all(&writer, Kind::Sensed, sizes.max_robots)?,
             pieces: all(&writer, Kind::Piece, sizes.pieces())?,
         })
     }
 
-    /// Where the robot in this slot is.
+    /// Where the robot in this slot is. What was written of its lists before is found from here on.
     pub fn odometry(&mut self, slot: u32, odometry: Odometry) {
-        self.odometry[slot as usize].update_with_copy(odometry);
+        let [neighbors_written, sensed_written] = self.written[slot as usize];
+        self.odometry[slot as usize].update_with_copy(Told { odometry, neighbors_written, sensed_written });
     }
 
-    /// Whom the robot in this slot hears, sorted by slot. To be written when it changes.
+    /// Whom the robot in this slot hears, sorted by slot. To be written when it changes, before its odometry.
     pub fn neighbors(&mut self, slot: u32, neighbors: &[NeighborRef]) {
         let mut list = NeighborList::EMPTY;
         list.entries[..neighbors.len()].copy_from_slice(neighbors);
         list.len = neighbors.len() as u32;
         self.neighbors[slot as usize].update_with_copy(list);
+        let [neighbors_written, _] = &mut self.written[slot as usize];
+        *neighbors_written = neighbors_written.wrapping_add(1);
     }
 
-    /// Which pieces the robot in this slot sees, sorted. To be written when it changes.
+    /// Which pieces the robot in this slot sees, sorted. To be written when it changes, before its odometry.
     pub fn sensed(&mut self, slot: u32, pieces: &[u16]) {
         debug_assert!(pieces.len() <= MAX_SENSED);
         let mut list = SensedList::EMPTY;
         list.pieces[..pieces.len()].copy_from_slice(pieces);
         list.len = pieces.len() as u32;
         self.sensed[slot as usize].update_with_copy(list);
+        let [_, sensed_written] = &mut self.written[slot as usize];
+        *sensed_written = sensed_written.wrapping_add(1);
     }
 
     /// Where this piece is. To be written when it moves.
@@ -97,12 +116,14 @@ impl WorldWriter {
 /// A robot's eyes on the world's board.
 pub struct WorldReader {
     reader: iceoryx2::port::reader::Reader<crate::node::Ipc, Key>,
-    odometry: Entry<Odometry>,
+    odometry: Entry<Told>,
     neighbors: Watched<NeighborList>,
     sensed: Watched<SensedList>,
-    pieces: HashMap<u16, Watched<Piece>>,
-    /// The lists have not been handed out yet.
-    fresh: (bool, bool),
+    /// Sorted by index.
+    pieces: Vec<(u16, Watched<Piece>)>,
+    /// How often the lists were written, as the odometry told last, and as it was when they were handed out.
+    written: [u32; 2],
+    handed_out: [Option<u32>; 2],
 }
 
 impl WorldReader {
@@ -116,46 +137,63 @@ impl WorldReader {
             odometry: board::entry(&reader, NAME, key(Kind::Odometry, slot))?,
             neighbors: Watched::new(board::entry(&reader, NAME, key(Kind::Neighbors, slot))?),
             sensed: Watched::new(board::entry(&reader, NAME, key(Kind::Sensed, slot))?),
-            pieces: HashMap::new(),
-            fresh: (true, true),
+            pieces: Vec::new(),
+            written: [0; 2],
+            handed_out: [None; 2],
             reader,
         })
     }
 
     /// Where the robot is.
-    pub fn odometry(&self) -> Odometry {
-        *self.odometry.get()
+    pub fn odometry(&mut self) -> Odometry {
+        let told = self.odometry.get();
+        self.written = [told.neighbors_written, told.sensed_written];
+        told.odometry
     }
 
-    /// Whom it hears, if that was written since the last call (or this is the first).
+    /// Whom it hears, if that had been written anew when the odometry was last read (or this is the first look).
     pub fn neighbors(&mut self) -> Option<&[NeighborRef]> {
-        let changed = self.neighbors.refresh() | std::mem::take(&mut self.fresh.0);
-        changed.then(|| self.neighbors.value().as_slice())
+        let now = Some(self.written[0]);
+        if std::mem::replace(&mut self.handed_out[0], now) == now {
+            return None;
+        }
+        self.neighbors.refresh();
+        Some(self.neighbors.value().as_slice())
     }
 
-    /// Which pieces it sees, if that was written since the last call (or this is the first).
+    /// Which pieces it sees, if that had been written anew when the odometry was last read (or this is the first look).
     pub fn sensed(&mut self) -> Option<&[u16]> {
-        let changed = self.sensed.refresh() | std::mem::take(&mut self.fresh.1);
-        changed.then(|| self.sensed.value().as_slice())
+        let now = Some(self.written[1]);
+        if std::mem::replace(&mut self.handed_out[1], now) == now {
+            return None;
+        }
+        self.sensed.refresh();
+        Some(self.sensed.value().as_slice())
     }
 
     /// Where this piece is now. What is not on the board (the world never names such a piece) is nowhere, and has no
     /// size. The entry is looked up at the first call and kept; a piece that does not move costs one load.
     pub fn piece(&mut self, index: u16) -> Piece {
-        if let Some(watched) = self.pieces.get_mut(&index) {
-            watched.refresh();
-            return *watched.value();
-        }
-        match board::entry(&self.reader, NAME, key(Kind::Piece, u32::from(index))) {
-            Ok(entry) => *self.pieces.entry(index).or_insert_with(|| Watched::new(entry)).value(),
-            Err(_) => Piece { ax_m: f64::MAX, bx_m: f64::MAX, ..Piece::default() },
+        match self.pieces.binary_search_by_key(&index, |(known, _)| *known) {
+            Ok(place) => {
+                let (_, watched) = &mut self.pieces[place];
+                watched.refresh();
+                *watched.value()
+            }
+            Err(place) => match board::entry(&self.reader, NAME, key(Kind::Piece, u32::from(index))) {
+                Ok(entry) => {
+                    self.pieces.insert(place, (index, Watched::new(entry)));
+                    *self.pieces[place].1.value()
+                }
+                Err(_) => Piece { ax_m: f64::MAX, bx_m: f64::MAX, ..Piece::default() },
+            },
         }
     }
 }
 
 /// Sees where every robot is: for `ps` and the like.
 pub struct WorldObserver {
-    odometry: Vec<Entry<Odometry>>,
+    odometry: Vec<Entry<Told>>,
 }
 
 impl WorldObserver {
@@ -172,6 +210,6 @@ impl WorldObserver {
 
     /// Where the robot in this slot is.
     pub fn odometry(&self, slot: usize) -> Odometry {
-        *self.odometry[slot].get()
+        self.odometry[slot].get().odometry
     }
 }

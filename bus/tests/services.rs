@@ -65,12 +65,20 @@ fn a_robot_sees_what_the_world_writes() {
     let neighbors = [NeighborRef { slot: 0, incarnation: 2 }, NeighborRef { slot: 5, incarnation: 0 }];
     world.neighbors(2, &neighbors);
     world.neighbors(3, &neighbors[..1]);
+    assert_eq!(robot.neighbors(), None, "the odometry has not told of it");
+    let tell = |world: &mut WorldWriter, robot: &mut WorldReader| {
+        world.odometry(2, odometry);
+        assert_eq!(robot.odometry(), odometry);
+    };
+    tell(&mut world, &mut robot);
     assert_eq!(robot.neighbors(), Some(&neighbors[..]));
     assert_eq!(robot.neighbors(), None, "it has not changed since");
     world.neighbors(2, &[]);
+    tell(&mut world, &mut robot);
     assert_eq!(robot.neighbors(), Some(&[][..]));
 
     world.sensed(2, &[1, 8]);
+    tell(&mut world, &mut robot);
     assert_eq!(robot.sensed(), Some(&[1, 8][..]));
     assert_eq!(robot.sensed(), None);
 
@@ -101,7 +109,7 @@ fn robots_hear_each_other_and_lives_are_kept_apart() {
     let mut pair = PosePair::default();
     for tick in 1..=3 {
         pair.push(SharedPose { tick, flags: SharedPose::FLAG_SPOKEN, ..SharedPose::default() });
-        first.pose(pair);
+        first.pose(pair.newest);
         first.command(Command { tick, ..Command::default() });
         assert_eq!((reader.pose(), reader.command().tick), (pair, tick));
     }

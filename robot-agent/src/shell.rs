@@ -7,7 +7,7 @@ use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Time, planner_o
 use bus::blame::{Period, Watch};
 use bus::{
     Address, BusError, Counter, Gate, Metric, Node, RobotReader, RobotWriter, Sizes, StatsWriter, Strips, TickWait,
-    WorldReader, clock,
+    WorldReader, clock, gate,
 };
 use planners::{Plan, PlanInput, Planner};
 use protocol::Seat;
@@ -27,6 +27,8 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Boards of robots that went out of range are kept open until there are this many of them: ranges are crossed back
 /// and forth, and an open costs a hundred microseconds.
 const SPARE_BOARDS: usize = 16;
+/// `realtime`: boards are opened after the robot has published, in this part of a period, and one in any case.
+const OPENING_SHARE: u64 = 8;
 
 /// Who this process is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -118,8 +120,8 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut Agent
     let spec: AgentSpec = codec::decode(&bytes)?;
 
     let planner = build(&spec)?;
-    let plan_ns = Arc::new(AtomicU64::new(0));
-    let agent = Agent::with_planner(spec, Box::new(Timed { inner: planner, plan_ns: Arc::clone(&plan_ns) }));
+    let watch = Arc::new(Stopwatch::default());
+    let agent = Agent::with_planner(spec, Box::new(Timed { inner: planner, watch: Arc::clone(&watch) }));
     let mut ports = {
         let spec = agent.spec();
         let sizes = Sizes { max_robots: spec.max_robots, shape_pieces: spec.shape_pieces };
@@ -127,8 +129,8 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut Agent
     };
     ports.gate.announce_ready(args.seat);
     match agent.spec().clock.mode {
-        Mode::Realtime => realtime(agent, &mut ports, &plan_ns, adjust),
-        Mode::Lockstep | Mode::Single => lockstep(agent, &mut ports, &plan_ns, adjust),
+        Mode::Realtime => realtime(agent, &mut ports, &watch, adjust),
+        Mode::Lockstep | Mode::Single => lockstep(agent, &mut ports, &watch, adjust),
     }
 }
 
@@ -141,7 +143,7 @@ pub fn spec_file(seat: Seat) -> String {
 fn lockstep(
     mut agent: Agent,
     ports: &mut Ports,
-    plan_ns: &AtomicU64,
+    stopwatch: &Stopwatch,
     adjust: &mut dyn FnMut(&mut AgentOutputs),
 ) -> Result<(), ShellError> {
     let seat = agent.spec().seat;
@@ -152,7 +154,8 @@ fn lockstep(
             TickWait::TimedOut => continue,
             TickWait::Stopped => return Ok(()),
         };
-        let woken_ns = clock::now_ns();
+        let measured = gate::is_measured(tick);
+        let woken_ns = if measured { clock::now_ns() } else { opened_ns };
         last = Some(tick);
         let odometry = ports.world.odometry();
         if odometry.incarnation != seat.incarnation {
@@ -165,11 +168,14 @@ fn lockstep(
             ports.gate.note_alive(seat); // held or paused: nobody waits for this answer
             continue;
         }
-        ports.stats.record(Metric::Wake, woken_ns.saturating_sub(opened_ns));
-        step(&mut agent, ports, &odometry, Time::Ticks, usize::MAX, adjust);
+        step(&mut agent, ports, &odometry, Time::Ticks, stopwatch, adjust);
         ports.gate.answer(seat, tick);
-        ports.stats.record(Metric::Plan, plan_ns.load(Relaxed));
-        ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
+        if measured {
+            ports.stats.record(Metric::Wake, woken_ns.saturating_sub(opened_ns));
+            record_ages(&agent, ports, stopwatch.begun_ns.load(Relaxed));
+            ports.stats.record(Metric::Plan, stopwatch.plan_ns());
+            ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
+        }
         ports.stats.add(Counter::Periods, 1);
     }
 }
@@ -178,7 +184,7 @@ fn lockstep(
 fn realtime(
     mut agent: Agent,
     ports: &mut Ports,
-    plan_ns: &AtomicU64,
+    stopwatch: &Stopwatch,
     adjust: &mut dyn FnMut(&mut AgentOutputs),
 ) -> Result<(), ShellError> {
     let (seat, robots) = (agent.spec().seat, u64::from(agent.spec().max_robots));
@@ -218,8 +224,9 @@ fn realtime(
             }
             if odometry.has(Odometry::FLAG_PRESENT) {
                 expected = true;
-                step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, 1, adjust);
-                work_ns = plan_ns.load(Relaxed);
+                step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, stopwatch, adjust);
+                record_ages(&agent, ports, stopwatch.begun_ns.load(Relaxed));
+                work_ns = stopwatch.plan_ns();
                 ports.stats.record(Metric::Plan, work_ns);
                 ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
             }
@@ -237,6 +244,7 @@ fn realtime(
         if expected && !continued.swap(false, Relaxed) && !ports.gate.over() {
             watch.judge(&mut ports.stats, period);
         }
+        ports.open_missing(woken_ns + period_ns / OPENING_SHARE);
         // The next period is the first one that has not gone by completely: it begins late, those before never.
         due_ns += period_ns * period.missed().max(1);
     }
@@ -248,19 +256,21 @@ fn step(
     ports: &mut Ports,
     odometry: &Odometry,
     time: Time,
-    opens_max: usize,
+    stopwatch: &Stopwatch,
     adjust: &mut dyn FnMut(&mut AgentOutputs),
 ) {
-    ports.listen(opens_max);
+    ports.listen(match time {
+        Time::Ticks => Some(odometry.tick),
+        Time::Stamps { .. } => None,
+    });
     ports.look();
-    let used_ns = clock::now_ns();
     let mut outputs = agent.step(&AgentInputs { odometry, heard: &ports.heard, pieces: &ports.pieces, time });
     adjust(&mut outputs);
 
-    let stamp_ns = clock::now_ns();
+    // The planner's stopwatch has just looked at the clock.
+    let stamp_ns = stopwatch.done_ns.load(Relaxed);
     outputs.pose.stamp_ns = stamp_ns;
-    ports.said.push(outputs.pose);
-    ports.robot.pose(ports.said);
+    ports.robot.pose(outputs.pose);
     let command = Command {
         tick: odometry.tick,
         stamp_ns,
@@ -270,6 +280,10 @@ fn step(
     };
     ports.robot.command(command.with_drive(outputs.drive));
     ports.gate.note_heard(agent.spec().seat, ports.heard.len());
+}
+
+/// Counts how old the poses were that the planner used.
+fn record_ages(agent: &Agent, ports: &mut Ports, used_ns: u64) {
     for (who, spoken_ns) in agent.used() {
         let age_ns = used_ns.saturating_sub(spoken_ns);
         ports.stats.record(Metric::PoseAge, age_ns);
@@ -292,8 +306,6 @@ struct Ports {
     /// Indices of what is in sight, and the pieces themselves.
     in_sight: Vec<u16>,
     pieces: Vec<Piece>,
-    /// What this robot said last.
-    said: PosePair,
     node: Node,
 }
 
@@ -315,13 +327,13 @@ impl Ports {
             heard: Vec::new(),
             in_sight: Vec::new(),
             pieces: Vec::new(),
-            said: PosePair::default(),
             node,
         })
     }
 
-    /// Reads the poses of the robots in range, each from its own board. Opens at most `opens_max` boards.
-    fn listen(&mut self, opens_max: usize) {
+    /// Reads the poses of the robots in range, each from its own board: the newest before a tick, for which boards are
+    /// opened at once, or the newest of those that are open.
+    fn listen(&mut self, before: Option<u64>) {
         if let Some(listed) = self.world.neighbors() {
             self.in_range.clear();
             self.in_range.extend_from_slice(listed);
@@ -331,28 +343,53 @@ impl Ports {
             }
         }
         self.heard.clear();
-        let mut opens_left = opens_max;
-        for who in &self.in_range {
-            let index = match self.boards.binary_search_by_key(&who.slot, |(open, _)| open.slot) {
-                Ok(index) if self.boards[index].0 == *who => index,
-                found => {
-                    if let Ok(stale) = found {
-                        self.boards.remove(stale); // an earlier life of the same robot
-                    }
-                    if opens_left == 0 {
-                        continue;
-                    }
-                    opens_left -= 1;
-                    let seat = Seat { slot: who.slot, incarnation: who.incarnation };
-                    // A robot that died between the list and this look has no board any more: not heard.
-                    let Ok(reader) = RobotReader::open(&self.node, seat) else { continue };
-                    let index = self.boards.partition_point(|(open, _)| open.slot < who.slot);
-                    self.boards.insert(index, (*who, reader));
-                    index
-                }
+        for place in 0..self.in_range.len() {
+            let who = self.in_range[place];
+            let known = match self.board_of(who) {
+                None if before.is_some() => self.open_board(who),
+                known => known,
             };
-            self.heard.push((*who, self.boards[index].1.pose()));
+            let Some(index) = known else { continue };
+            let board = &mut self.boards[index].1;
+            let poses = match before {
+                Some(tick) => board.pose_before(tick),
+                None => board.pose(),
+            };
+            self.heard.push((who, poses));
         }
+    }
+
+    /// Opens boards of robots in range that are not open yet: one at least, more of them until this time.
+    fn open_missing(&mut self, until_ns: u64) {
+        if self.heard.len() == self.in_range.len() {
+            return;
+        }
+        for place in 0..self.in_range.len() {
+            let who = self.in_range[place];
+            if self.board_of(who).is_none() {
+                let _ = self.open_board(who);
+                if clock::now_ns() >= until_ns {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Where among the open boards that of this robot is.
+    fn board_of(&self, who: NeighborRef) -> Option<usize> {
+        let found = self.boards.binary_search_by_key(&who.slot, |(open, _)| open.slot);
+        found.ok().filter(|index| self.boards[*index].0 == who)
+    }
+
+    /// Opens the board of a robot, in place of that of an earlier life. One that died between the list and this look has
+    /// no board any more: it is not heard.
+    fn open_board(&mut self, who: NeighborRef) -> Option<usize> {
+        self.boards.retain(|(open, _)| open.slot != who.slot);
+        let seat = Seat { slot: who.slot, incarnation: who.incarnation };
+        let reader = RobotReader::open(&self.node, seat).ok()?;
+        let index = self.boards.partition_point(|(open, _)| open.slot < who.slot);
+        self.boards.insert(index, (who, reader));
+        Some(index)
     }
 
     /// Reads where the pieces in sight are.
@@ -368,17 +405,30 @@ impl Ports {
     }
 }
 
+/// When the planner began and when it was done, monotonic clock, ns. Atomics, because planners may be sent to threads.
+#[derive(Default)]
+struct Stopwatch {
+    begun_ns: AtomicU64,
+    done_ns: AtomicU64,
+}
+
+impl Stopwatch {
+    fn plan_ns(&self) -> u64 {
+        self.done_ns.load(Relaxed).saturating_sub(self.begun_ns.load(Relaxed))
+    }
+}
+
 /// A planner with a stopwatch.
 struct Timed {
     inner: Box<dyn Planner>,
-    plan_ns: Arc<AtomicU64>,
+    watch: Arc<Stopwatch>,
 }
 
 impl Planner for Timed {
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
-        let before_ns = clock::now_ns();
+        self.watch.begun_ns.store(clock::now_ns(), Relaxed);
         let plan = self.inner.plan(input);
-        self.plan_ns.store(clock::now_ns().saturating_sub(before_ns), Relaxed);
+        self.watch.done_ns.store(clock::now_ns(), Relaxed);
         plan
     }
 }

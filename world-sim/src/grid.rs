@@ -129,6 +129,24 @@ mod tests {
     use crate::body::testing::disc_at;
     use proptest::prelude::*;
 
+    /// What a tick costs grows with those in range, not with the fleet: on a lattice of the same density as many bodies
+    /// are looked at for each of them, however many there are.
+    #[test]
+    fn a_visit_of_the_neighbourhood_does_not_grow_with_the_fleet() {
+        for side in [8, 16, 32] {
+            let place = |i: usize| Point2::new((i % side) as f64, (i / side) as f64) * 2.0;
+            let bodies: Vec<Body> = (0..side * side).map(|i| disc_at(i, place(i), 0.2)).collect();
+            let mut grid = Grid::default();
+            grid.rebuild(&bodies);
+            let mut looks = 0;
+            for body in &bodies {
+                grid.visit(Aabb::around([body.pose.position]).grown(4.2), |_| looks += 1);
+            }
+            let each = looks / bodies.len();
+            assert!((9..=49).contains(&each), "{} bodies: {each} looks at others for each", bodies.len());
+        }
+    }
+
     proptest! {
         #[test]
         fn a_visit_finds_every_body_inside_and_none_twice(

@@ -6,7 +6,7 @@ use crate::recorder::Recorder;
 use bus::blame::{Period, Watch};
 use bus::{
     Address, BusError, FramePublisher, Gate, Metric, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
-    StatsWriter, Strips, WorldWriter, clock,
+    StatsWriter, Strips, WorldWriter, clock, gate,
 };
 use planners::Drive;
 use protocol::Seat;
@@ -179,7 +179,11 @@ impl Shell {
             for index in 0..self.world.participants().len() {
                 let seat = self.world.participants()[index];
                 let command = if self.gate.answered(seat, tick) { self.command_of(seat) } else { None };
-                self.obey(seat, command.filter(|command| command.tick == tick), now_ns);
+                self.obey(
+                    seat,
+                    command.filter(|command| command.tick == tick),
+                    gate::is_measured(tick).then_some(now_ns),
+                );
             }
             self.close_tick(now_ns);
             self.take_orders();
@@ -222,7 +226,7 @@ impl Shell {
                 if silent_ns > self.command_timeout_ns {
                     self.give_up(seat, Absence::Overdue);
                 }
-                self.obey(seat, command.filter(|_| silent_ns <= self.command_timeout_ns), now_ns);
+                self.obey(seat, command.filter(|_| silent_ns <= self.command_timeout_ns), Some(now_ns));
             }
             self.close_tick(now_ns);
             self.take_orders();
@@ -298,8 +302,9 @@ impl Shell {
         (*who == seat && command.incarnation == seat.incarnation && command.stamp_ns > 0).then_some(command)
     }
 
-    fn obey(&mut self, seat: Seat, command: Option<Command>, now_ns: u64) {
-        if let Some(command) = &command {
+    /// Takes a command for this tick; `now_ns`, if its age is to be measured.
+    fn obey(&mut self, seat: Seat, command: Option<Command>, now_ns: Option<u64>) {
+        if let (Some(command), Some(now_ns)) = (&command, now_ns) {
             for (metric, stamp_ns) in
                 [(Metric::CommandAge, command.stamp_ns), (Metric::Reaction, command.odometry_stamp_ns)]
             {

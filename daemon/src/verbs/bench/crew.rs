@@ -54,7 +54,7 @@ pub(super) struct Crew {
     count: u32,
     /// From the first spawn to the end of the first round, ms.
     pub(super) startup_ms: f64,
-    _processes: Processes,
+    processes: Processes,
     _place: Place,
 }
 
@@ -93,7 +93,12 @@ impl Crew {
         }
         barrier.round(count, PATIENCE)?;
         let startup_ms = clock::now_ns().saturating_sub(spawned_ns) as f64 * 1e-6;
-        Ok(Crew { barrier, count, startup_ms, _processes: processes, _place: place })
+        Ok(Crew { barrier, count, startup_ms, processes, _place: place })
+    }
+
+    /// Time on a processor so far, of all members and of this process, us.
+    pub(super) fn ran_us(&self) -> f64 {
+        ran_us(self.processes.0.iter().map(Child::id).chain([std::process::id()]))
     }
 
     /// Opens the barrier so often; the time from opening to opening, us.
@@ -127,6 +132,11 @@ pub(super) fn timers(count: usize, period_ns: u64, seconds: f64) -> Result<Vec<f
         late_us.extend(late_ns.iter().map(|ns| f64::from(u32::from_ne_bytes(*ns)) * 1e-3));
     }
     Ok(late_us)
+}
+
+/// Time on a processor so far, of all of these together, us.
+pub(super) fn ran_us(pids: impl Iterator<Item = u32>) -> f64 {
+    pids.filter_map(clock::schedstat_of).map(|stat| stat.ran_ns as f64 * 1e-3).sum()
 }
 
 /// Sleeps, but not through an interruption.

@@ -3,7 +3,7 @@
 //! Fleet and barrier live at the same time and take turns: the world is stopped while the barrier is measured, and
 //! nobody opens the barrier while the fleet runs. So what disturbs one disturbs the other.
 
-use super::crew::Crew;
+use super::crew::{Crew, ran_us};
 use super::figures::{Beside, Document, code, median, quantile, short};
 use super::scene::Scene;
 use crate::cli::BenchLoopArgs;
@@ -12,7 +12,7 @@ use crate::out;
 use crate::report::Column;
 use crate::signals::Interrupted;
 use crate::supervisor::{self, FleetView, Watch};
-use bus::{Counter, Gate, Metric, clock};
+use bus::{Gate, Metric, clock};
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
 
@@ -37,6 +37,8 @@ struct Row {
     p99_us: Beside,
     /// Mean length of a tick, us.
     mean_us: Beside,
+    /// Time on a processor, of all processes together and per tick, us.
+    cpu_us: Beside,
     /// The ratio of the medians in every tenth of the run.
     ratio_by_tenth: Vec<f64>,
     /// Times that a process gave its processor away or lost it, per robot and tick.
@@ -72,12 +74,20 @@ pub(super) fn run(options: &BenchLoopArgs) -> Result<i32, Failure> {
         Column::right("bare", 1),
         Column::right("ratio", 1),
         Column::right("mean", 2),
+        Column::right("cpu", 2),
         Column::right("neighbours", 3),
         Column::right("drift %", 5),
     ];
     let cells = |row: &Row| {
         let figures = [row.p50_us.fleet, row.p50_us.bare, row.p50_us.ratio];
-        let late = [row.p99_us.fleet, row.p99_us.bare, row.p99_us.ratio, row.mean_us.ratio, row.neighbors_mean];
+        let late = [
+            row.p99_us.fleet,
+            row.p99_us.bare,
+            row.p99_us.ratio,
+            row.mean_us.ratio,
+            row.cpu_us.ratio,
+            row.neighbors_mean,
+        ];
         let drift = match row.ratio_by_tenth.as_slice() {
             [first, .., last] => format!("{:+.1}", 100.0 * (last / first - 1.0)),
             _ => String::new(),
@@ -94,7 +104,7 @@ pub(super) fn run(options: &BenchLoopArgs) -> Result<i32, Failure> {
         cells,
         &[
             "Length of a tick, beside that of a round of as many bare processes at a futex barrier; `mean` is the ratio \
-             of the mean lengths, `drift` the change of the ratio of the medians from the first tenth of the run to \
+             of the mean lengths, `cpu` that of the processor time of all processes, `drift` the change of the ratio of the medians from the first tenth of the run to \
              the last.",
         ],
     )?;
@@ -131,8 +141,9 @@ fn duel(
     let agents = finished.stats.iter().filter(|(name, _)| name != world_sim::shell::STATS_NAME);
     let mut stats = bus::StatsSnapshot::default();
     agents.for_each(|(_, snapshot)| stats.merge(snapshot));
-    let heard = stats.percentiles(Metric::PoseAge).map_or(0, |ages| ages.n);
-    let neighbors_mean = heard as f64 / stats.counter(Counter::Periods).max(1) as f64;
+    // Both are counted in the same ticks.
+    let count = |metric| stats.percentiles(metric).map_or(0, |times| times.n);
+    let neighbors_mean = count(Metric::PoseAge) as f64 / count(Metric::Step).max(1) as f64;
     Ok(duel_row(&scene, obstacles, neighbors_mean, &mut duel.measured, &duel.held))
 }
 
@@ -141,16 +152,19 @@ fn duel_row(
     scene: &Scene,
     obstacles: bool,
     neighbors_mean: f64,
-    turns: &mut [[Vec<f64>; 2]],
+    turns: &mut [Turn],
     held: &[Vec<Held>],
 ) -> Option<Row> {
     let count = turns.len();
-    let ticks: usize = turns.iter().map(|[fleet, _]| fleet.len()).sum();
+    let ticks: usize = turns.iter().map(|turn| turn.lengths[0].len()).sum();
     let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let means: Vec<(f64, f64)> = turns.iter().map(|[fleet, bare]| (mean(fleet), mean(bare))).collect();
-    let medians: Vec<(f64, f64)> = turns.iter_mut().map(|[fleet, bare]| (median(fleet), median(bare))).collect();
+    let means: Vec<(f64, f64)> =
+        turns.iter().map(|Turn { lengths: [fleet, bare], .. }| (mean(fleet), mean(bare))).collect();
+    let cpu: Vec<(f64, f64)> = turns.iter().map(|turn| turn.cpu_us).collect();
+    let medians: Vec<(f64, f64)> =
+        turns.iter_mut().map(|Turn { lengths: [fleet, bare], .. }| (median(fleet), median(bare))).collect();
     let mut all = |side: usize| {
-        let mut lengths: Vec<f64> = turns.iter_mut().flat_map(|turn| std::mem::take(&mut turn[side])).collect();
+        let mut lengths: Vec<f64> = turns.iter_mut().flat_map(|turn| std::mem::take(&mut turn.lengths[side])).collect();
         quantile(&mut lengths, 0.99)
     };
     let (fleet, bare) = (all(0), all(1));
@@ -172,12 +186,22 @@ fn duel_row(
         p50_us: Beside::of(&medians),
         p99_us: Beside { fleet, bare, ratio: fleet / bare },
         mean_us: Beside::of(&means),
+        cpu_us: Beside::of(&cpu),
         ratio_by_tenth: (0..tenths).map(tenth).collect(),
         switches: switches as f64 / robot_ticks as f64,
         resident_kib: [first, last].map(|held| sum(held, |held| held.resident_kib)),
         grown_kib_max: grown.max().unwrap_or(0),
         files: [first, last].map(|held| sum(held, |held| held.files)),
     })
+}
+
+/// What was measured in one turn of the fleet, and in the barrier's that followed.
+#[derive(Clone, Debug, Default)]
+struct Turn {
+    /// Lengths of the ticks and of the rounds, us.
+    lengths: [Vec<f64>; 2],
+    /// Time on a processor per tick and per round, us.
+    cpu_us: (f64, f64),
 }
 
 /// Takes turns with a fleet.
@@ -191,8 +215,7 @@ struct Duel<'a> {
     fleet: Option<Fleet>,
     /// The newest tick when the fleet was last stopped.
     seen: u64,
-    /// Of every turn, the lengths of the ticks and of the rounds, us.
-    measured: Vec<[Vec<f64>; 2]>,
+    measured: Vec<Turn>,
     held: Vec<Vec<Held>>,
     failure: Option<Failure>,
 }
@@ -234,19 +257,25 @@ impl Duel<'_> {
     fn take_turns(&mut self) -> Result<(), Failure> {
         let Some(fleet) = &self.fleet else { return Ok(()) };
         let until = self.seen + self.turn + 1;
+        let ran_before_us = fleet.ran_us();
         let Some(newest) = fleet.run_to(until) else { return Ok(()) };
+        let ran_us = fleet.ran_us() - ran_before_us;
+        let went = newest.saturating_sub(self.seen).max(1);
         let first = (self.seen + 1).max((newest + 2).saturating_sub(Gate::TRACED));
         let ticks: Vec<f64> = (first..newest)
             .map(|tick| fleet.gate.opened_ns(tick + 1).saturating_sub(fleet.gate.opened_ns(tick)) as f64 * 1e-3)
             .collect();
         self.seen = newest;
         self.turns -= 1;
+        let bare_before_us = self.crew.ran_us();
         let rounds = self.crew.rounds(ticks.len())?;
+        let bare_us = (self.crew.ran_us() - bare_before_us) / rounds.len().max(1) as f64;
+        let turn = Turn { lengths: [ticks, rounds], cpu_us: (ran_us / went as f64, bare_us) };
         // The first turn warms up.
         if self.held.is_empty() {
             self.held.push(fleet.held());
         } else {
-            self.measured.push([ticks, rounds]);
+            self.measured.push(turn);
             if self.turns == 0 {
                 self.held.push(fleet.held());
             }
@@ -280,6 +309,10 @@ impl Fleet {
             clock::sleep_until_ns(clock::now_ns() + 100_000);
         }
         self.gate.newest_tick()
+    }
+
+    fn ran_us(&self) -> f64 {
+        ran_us(self.pids.iter().copied())
     }
 
     fn held(&self) -> Vec<Held> {
@@ -333,13 +366,17 @@ mod tests {
             tick_hz: 1000.0,
             duration_s: 1.0,
         };
-        let mut turns: Vec<[Vec<f64>; 2]> =
-            (0..20).map(|i| [vec![12.0 + f64::from(i / 18), 12.0, 30.0], vec![10.0, 8.0, 10.0]]).collect();
+        let turn = |i: u32| Turn {
+            lengths: [vec![12.0 + f64::from(i / 18), 12.0, 30.0], vec![10.0, 8.0, 10.0]],
+            cpu_us: (6.0, 4.0),
+        };
+        let mut turns: Vec<Turn> = (0..20).map(turn).collect();
         let held = |kib, switches| vec![Held { resident_kib: kib, files: 5, switches }; 3];
         let row = duel_row(&scene, false, 4.0, &mut turns, &[held(100, 0), held(101, 80)]).unwrap();
         assert_eq!((row.ticks, row.turns), (60, 20));
         assert_eq!(row.p50_us, Beside { fleet: 12.0, bare: 10.0, ratio: 1.2 });
         assert_eq!(row.p99_us, Beside { fleet: 30.0, bare: 10.0, ratio: 3.0 });
+        assert_eq!(row.cpu_us, Beside { fleet: 6.0, bare: 4.0, ratio: 1.5 });
         assert_eq!(row.ratio_by_tenth, [[1.2; 9].as_slice(), &[1.3]].concat());
         assert_eq!((row.switches, row.grown_kib_max, row.files), (2.0, 1, [15, 15]));
         assert!(duel_row(&scene, false, 4.0, &mut [], &[]).is_none(), "no turn, no row");

@@ -1,0 +1,120 @@
+//! A tick of an agent in which nothing special happens asks for no memory: the whole process, core, boards and gate, in
+//! one thread, with this test as the world and as the neighbours.
+
+use bus::{Address, Gate, Lease, Node, RobotWriter, Services, Sizes, WorldWriter, clean, clock};
+use protocol::daemon_to_robot::AgentSpec;
+use protocol::robot_to_robot::SharedPose;
+use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
+use protocol::{Seat, codec};
+use scenarios::Overrides;
+use shoal_robot_agent::shell::{self, Args};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+use std::time::Duration;
+
+/// The system's allocator, counting the calls of threads that want to be counted.
+struct Counting;
+
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    static COUNTED: Cell<bool> = const { Cell::new(false) };
+}
+
+// SAFETY: every call goes to the system's allocator as it is; counting in an atomic, behind a constant-initialised
+// thread local without a destructor, neither allocates nor unwinds.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if COUNTED.get() {
+            CALLS.fetch_add(1, SeqCst);
+        }
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const NEIGHBORS: u32 = 12;
+const PIECES: u16 = 10;
+
+#[test]
+fn steady_ticks_do_not_allocate() {
+    for planner in ["straight", "apf", "decentralized-apf"] {
+        check(planner);
+    }
+}
+
+fn check(planner: &str) {
+    let obstacles = "[[obstacle]]\nshape = \"disc\"\ncenter_m = [0, 9]\nradius_m = 0.1\n".repeat(usize::from(PIECES));
+    let text = format!(
+        "[clock]\nmode = \"lockstep\"\n[fleet]\nmax_robots = 64\n[layout]\nkind = \"circle-swap\"\nrobots = 13\n\
+         radius_m = 5\n[defaults]\nplanner = \"{planner}\"\n{obstacles}"
+    );
+    let scenario = scenarios::parse("alloc", &text, &Overrides::default()).unwrap();
+    let seat = |slot| Seat { slot, incarnation: 0 };
+    let address = Address::create().unwrap();
+    let _lease = Lease::take(&address).unwrap();
+    let sizes = Sizes { max_robots: 64, shape_pieces: scenario.shape_pieces() };
+    let node = Node::new(&address, "test").unwrap();
+    let _services = Services::create(&node, sizes).unwrap();
+    let gate = Gate::create(&address, 64).unwrap();
+    let mut world = WorldWriter::open(&node, sizes).unwrap();
+    let spec = codec::encode(&AgentSpec::new(&scenario, &scenario.robots[0], seat(0))).unwrap();
+    #[expect(clippy::disallowed_methods, reason = "the daemon would leave the spec there")]
+    std::fs::write(address.file(&shell::spec_file(seat(0))), spec).unwrap();
+    let mut others: Vec<RobotWriter> =
+        (1..=NEIGHBORS).map(|slot| RobotWriter::create(&node, seat(slot), sizes).unwrap()).collect();
+
+    let parent = std::os::unix::process::parent_id();
+    let args = Args { root: address.root().to_path_buf(), seat: seat(0), parent };
+    #[expect(clippy::disallowed_methods, reason = "the agent's process is a thread here")]
+    let agent = std::thread::spawn(move || {
+        COUNTED.set(true);
+        shell::main(&args)
+    });
+    let deadline_ns = clock::now_ns() + 30_000_000_000;
+    while !gate.is_ready(seat(0)) {
+        assert!(clock::now_ns() < deadline_ns && !agent.is_finished(), "the agent is not ready");
+        gate.wait_call(Duration::from_millis(20));
+    }
+
+    let near: Vec<NeighborRef> = (1..=NEIGHBORS).map(|slot| NeighborRef { slot, incarnation: 0 }).collect();
+    let pieces: Vec<u16> = (0..PIECES).collect();
+    world.neighbors(0, &near);
+    world.sensed(0, &pieces);
+    let mut tick = |tick: u64| {
+        let x_m = tick as f64 * 0.01;
+        world.piece(3, Piece { ax_m: x_m, bx_m: x_m, ay_m: 3.0, by_m: 3.0, radius_m: 0.2, ..Piece::default() });
+        let odometry = Odometry { tick, stamp_ns: clock::now_ns(), x_m, goal_x_m: 9.0, ..Odometry::default() };
+        world.odometry(0, Odometry { flags: Odometry::FLAG_PRESENT, ..odometry });
+        gate.open_tick(tick, 1, clock::now_ns());
+        for (other, y_m) in others.iter_mut().zip(1..) {
+            let flags = SharedPose::FLAG_SPOKEN;
+            other.pose(SharedPose { tick, stamp_ns: clock::now_ns(), y_m: y_m.into(), flags, ..SharedPose::default() });
+        }
+        while !gate.answered(seat(0), tick) {
+            assert!(clock::now_ns() < deadline_ns && !agent.is_finished(), "the agent does not answer");
+            gate.wait_answers(tick, Duration::from_millis(20));
+        }
+    };
+    (0..100).for_each(&mut tick);
+    let before = CALLS.load(SeqCst);
+    (100..500).for_each(&mut tick);
+    let calls = CALLS.load(SeqCst) - before;
+    let heard = gate.heard(seat(0));
+    gate.stop();
+    let ended = agent.join().unwrap();
+    drop((world, others));
+    clean::sweep(&address);
+    ended.unwrap();
+    assert_eq!(calls, 0, "{planner}");
+    assert_eq!(heard, NEIGHBORS as usize, "{planner}: it did hear its neighbours, of 64 places");
+}
