@@ -5,6 +5,7 @@ use crate::node::Node;
 use crate::{Result, Sizes};
 use iceoryx2::prelude::ZeroCopySend;
 use protocol::world_to_robot::{MAX_SENSED, NeighborList, NeighborRef, Odometry, Piece, SensedList};
+use std::cell::Cell;
 
 const NAME: &str = "world";
 
@@ -122,7 +123,7 @@ pub struct WorldReader {
     /// Sorted by index.
     pieces: Vec<(u16, Watched<Piece>)>,
     /// How often the lists were written, as the odometry told last, and as it was when they were handed out.
-    written: [u32; 2],
+    written: Cell<[u32; 2]>,
     handed_out: [Option<u32>; 2],
 }
 
@@ -138,22 +139,22 @@ impl WorldReader {
             neighbors: Watched::new(board::entry(&reader, NAME, key(Kind::Neighbors, slot))?),
             sensed: Watched::new(board::entry(&reader, NAME, key(Kind::Sensed, slot))?),
             pieces: Vec::new(),
-            written: [0; 2],
+            written: Cell::default(),
             handed_out: [None; 2],
             reader,
         })
     }
 
     /// Where the robot is.
-    pub fn odometry(&mut self) -> Odometry {
+    pub fn odometry(&self) -> Odometry {
         let told = self.odometry.get();
-        self.written = [told.neighbors_written, told.sensed_written];
+        self.written.set([told.neighbors_written, told.sensed_written]);
         told.odometry
     }
 
     /// Whom it hears, if that had been written anew when the odometry was last read (or this is the first look).
     pub fn neighbors(&mut self) -> Option<&[NeighborRef]> {
-        let now = Some(self.written[0]);
+        let now = Some(self.written.get()[0]);
         if std::mem::replace(&mut self.handed_out[0], now) == now {
             return None;
         }
@@ -163,7 +164,7 @@ impl WorldReader {
 
     /// Which pieces it sees, if that had been written anew when the odometry was last read (or this is the first look).
     pub fn sensed(&mut self) -> Option<&[u16]> {
-        let now = Some(self.written[1]);
+        let now = Some(self.written.get()[1]);
         if std::mem::replace(&mut self.handed_out[1], now) == now {
             return None;
         }

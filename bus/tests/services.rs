@@ -66,19 +66,19 @@ fn a_robot_sees_what_the_world_writes() {
     world.neighbors(2, &neighbors);
     world.neighbors(3, &neighbors[..1]);
     assert_eq!(robot.neighbors(), None, "the odometry has not told of it");
-    let tell = |world: &mut WorldWriter, robot: &mut WorldReader| {
+    let tell = |world: &mut WorldWriter, robot: &WorldReader| {
         world.odometry(2, odometry);
         assert_eq!(robot.odometry(), odometry);
     };
-    tell(&mut world, &mut robot);
+    tell(&mut world, &robot);
     assert_eq!(robot.neighbors(), Some(&neighbors[..]));
     assert_eq!(robot.neighbors(), None, "it has not changed since");
     world.neighbors(2, &[]);
-    tell(&mut world, &mut robot);
+    tell(&mut world, &robot);
     assert_eq!(robot.neighbors(), Some(&[][..]));
 
     world.sensed(2, &[1, 8]);
-    tell(&mut world, &mut robot);
+    tell(&mut world, &robot);
     assert_eq!(robot.sensed(), Some(&[1, 8][..]));
     assert_eq!(robot.sensed(), None);
 

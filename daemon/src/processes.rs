@@ -104,8 +104,12 @@ impl Children {
     /// What happened to the processes since the last call.
     pub fn changes(&mut self) -> Vec<(Who, Change)> {
         let mut changes = Vec::new();
-        let alive: Vec<usize> = self.alive.values().copied().collect();
         let kinds = WaitIdOptions::EXITED | WaitIdOptions::STOPPED | WaitIdOptions::CONTINUED;
+        // Mostly nothing has happened to anybody: one look instead of one at each.
+        if matches!(waitid(WaitId::All, kinds | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT), Ok(None)) {
+            return changes;
+        }
+        let alive: Vec<usize> = self.alive.values().copied().collect();
         for index in alive {
             let child = &mut self.all[index];
             // A look without taking: the statistics of a dead process are gone once it is reaped.

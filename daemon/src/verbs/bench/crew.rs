@@ -55,10 +55,9 @@ pub(super) struct Crew {
     /// From the first spawn to the end of the first round, ms.
     pub(super) startup_ms: f64,
     processes: Processes,
-    _place: Place,
 }
 
-/// Where the barrier is.
+/// Where the barrier is until everybody has found it.
 struct Place {
     address: Address,
     _lease: Lease,
@@ -91,9 +90,11 @@ impl Crew {
             }
             clock::sleep_until_ns(clock::now_ns() + 200_000);
         }
+        // Everybody has mapped it, and nobody else is to find it: to others it would look like a fleet.
+        drop(place);
         barrier.round(count, PATIENCE)?;
         let startup_ms = clock::now_ns().saturating_sub(spawned_ns) as f64 * 1e-6;
-        Ok(Crew { barrier, count, startup_ms, processes, _place: place })
+        Ok(Crew { barrier, count, startup_ms, processes })
     }
 
     /// Time on a processor so far, of all members and of this process, us.
