@@ -54,8 +54,12 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
         .map_err(|failure| if address.root().exists() { failure } else { ended(&address) })?;
     let metric = metric_of(options.metric);
     let spread = Spread::of(&look.robots, look.world.as_ref(), metric);
+    let subject = match options.robots.is_empty() {
+        true => word_of(metric).to_owned(),
+        false => format!("{} of {}", word_of(metric), options.robots.join(", ")),
+    };
     if let Some(file) = svg {
-        let title = format!("{}, fleet {}: {}, {} values", look.scenario, look.fleet, word_of(metric), spread.n());
+        let title = format!("{}, fleet {}: {subject}, {} values", look.scenario, look.fleet, spread.n());
         file.write(picture::histogram::draw(&title, "us, from", &spread.bars()).as_bytes())?;
     }
     match options.format {
@@ -77,7 +81,7 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
             }
             if options.histogram {
                 page.gap();
-                page.words(&format!("{}, us, {} values; a range begins at", word_of(metric), spread.n()), 0);
+                page.words(&format!("{subject}, us, {} values; a range begins at", spread.n()), 0);
                 spread.text(&mut page);
             }
             out::data(&page.into_text())

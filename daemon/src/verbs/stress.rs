@@ -14,6 +14,9 @@ use serde::Serialize;
 /// The name and version of the format.
 const SCHEMA: &str = "shoal.stress/1";
 
+/// No scenario lasts longer.
+const DURATION_S_MAX: f64 = 1e6;
+
 /// What a fleet that drove all the time came to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Stress {
@@ -56,6 +59,13 @@ pub fn run(options: &StressArgs) -> Result<i32, Failure> {
     if !(1.0..=10_000.0).contains(&options.hz) {
         return Err(Failure::usage(format!("`--hz {}`: a loop has 1 to 10000 periods a second", options.hz))
             .hint("`shoal stress --hz 200`"));
+    }
+    if !(1.0 / options.hz..=DURATION_S_MAX).contains(&options.duration) {
+        return Err(Failure::usage(format!(
+            "`--duration {}s`: it lasts a period at least, and {DURATION_S_MAX} s at most",
+            options.duration
+        ))
+        .hint("`shoal stress --duration 60s`"));
     }
     let text = fleet::scenario(options.robots, options.hz, options.duration);
     let scenario = scenarios::parse("stress", &text, &Overrides::default())
@@ -113,8 +123,8 @@ impl Stress {
 
     fn text(&self, page: &mut Page) {
         let verdict = match self.verdict {
-            Verdict::Valid => "valid: this machine keeps up",
-            Verdict::Starved => "starved: this machine does not keep up",
+            Verdict::Valid => "valid: this machine kept up",
+            Verdict::Starved => "starved: this machine did not keep up",
         };
         page.words(&format!("{verdict} with {} robots at {} Hz", self.robots, self.tick_hz), 2);
         for reason in &self.starved_because {
@@ -236,5 +246,7 @@ mod tests {
         check(MAX_ROBOTS + 1, 50.0, 1.0, "1 to 1024 robots");
         check(3, 0.5, 1.0, "`--hz 0.5`");
         check(3, 20_000.0, 1.0, "`--hz 20000`");
+        check(3, 50.0, 0.019, "`--duration 0.019s`");
+        check(3, 50.0, 1e7, "`--duration 10000000s`");
     }
 }
