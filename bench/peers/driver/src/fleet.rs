@@ -41,6 +41,8 @@ pub(crate) struct Measured {
     pub(crate) pss_mib: f64,
     /// The part of it of what runs beside.
     pub(crate) pss_beside_mib: f64,
+    /// From the start of the first process until the last one ran, ms.
+    pub(crate) started_ms: f64,
     /// From the start of the first process until everybody had heard everybody, ms.
     pub(crate) connected_ms: f64,
 }
@@ -170,7 +172,7 @@ impl<'a> Fleet<'a> {
     }
 
     fn measure(&mut self, ticks: u64) -> Result<Measured, Stop> {
-        let connected_ns = self.meet()?;
+        let (started_ns, connected_ns) = self.meet()?;
         let start_ns = now_ns() + NOTICE_NS;
         self.say(&format!("start {start_ns} {ticks}"))?;
 
@@ -200,17 +202,20 @@ impl<'a> Fleet<'a> {
             cpu_beside_percent,
             pss_mib: (pss.0 + pss.1) / robots,
             pss_beside_mib: pss.1 / robots,
+            started_ms: started_ns.saturating_sub(self.began_ns) as f64 * 1e-6,
             connected_ms: connected_ns.saturating_sub(self.began_ns) as f64 * 1e-6,
         })
     }
 
-    /// Waits until everybody has heard everybody: when the last one had.
-    fn meet(&mut self) -> Result<u64, Stop> {
+    /// Waits until everybody has heard everybody: when the last one ran, and when the last one had.
+    fn meet(&mut self) -> Result<(u64, u64), Stop> {
         let until_ns = self.began_ns + CONNECT_NS;
+        let mut started_ns = self.began_ns;
         let mut connected = BTreeMap::new();
         while connected.len() < self.robots {
             match self.next(until_ns)? {
                 Some(Event::Hello { robot, pid, stream }) => {
+                    started_ns = now_ns();
                     self.pids.insert(robot, pid);
                     self.streams.push(stream);
                 }
@@ -228,7 +233,7 @@ impl<'a> Fleet<'a> {
                 }
             }
         }
-        Ok(connected.into_values().max().unwrap_or_default())
+        Ok((started_ns, connected.into_values().max().unwrap_or_default()))
     }
 
     /// Waits until every robot has said a line like this.

@@ -35,7 +35,7 @@ pub(crate) const COLUMNS: [Column; 13] = [
     column("age_ms_p999", ["age", "ms", "p99.9"], 2, |m| at(&m.samples.age, 0.999) * 1e-6),
     column("cpu_percent", ["cpu", "%", "/robot"], 2, |m| m.cpu_percent),
     column("pss_mib", ["memory", "MiB", "/robot"], 2, |m| m.pss_mib),
-    column("connected_ms", ["all con-", "nected", "ms"], 0, |m| m.connected_ms),
+    column("connected_ms", ["con-", "nected", "ms"], 0, |m| m.connected_ms),
     column("lost_percent", ["lost", "poses", "%"], 2, lost_percent),
 ];
 
@@ -183,6 +183,7 @@ impl Block {
                 let columns = COLUMNS.iter().map(|column| (column.key.to_owned(), json!((column.value)(run))));
                 let mut run_json: serde_json::Map<String, Value> = columns.collect();
                 run_json.insert("missed_periods".into(), json!(run.samples.missed));
+                run_json.insert("started_ms".into(), json!(run.started_ms));
                 run_json.insert("samples".into(), json!(run.samples.age.len()));
                 run_json.into()
             })
@@ -210,7 +211,15 @@ mod tests {
         samples.added.saturating_record(added_ns);
         samples.late.saturating_record(50_000);
         samples.age.saturating_record(added_ns + 10_000_000);
-        Measured { samples, cpu_percent, cpu_beside_percent: 0.0, pss_mib: 1.0, pss_beside_mib: 0.0, connected_ms: 5.0 }
+        Measured {
+            samples,
+            cpu_percent,
+            cpu_beside_percent: 0.0,
+            pss_mib: 1.0,
+            pss_beside_mib: 0.0,
+            started_ms: 2.0,
+            connected_ms: 5.0,
+        }
     }
 
     #[test]
