@@ -13,6 +13,13 @@ pub(crate) fn prepare(peer: &Peer, tools: &Tools) -> Result<(), String> {
     let mut build = Command::new("nice");
     build.args(["-n", "19"]).arg(cargo).args(["build", "--release", "--locked", "--package", peer.package]);
     build.arg("--manifest-path").arg(manifest).arg("--target-dir").arg(target);
+    // What `cargo run` told this process about its own package: build scripts would take it for a change.
+    for (key, _) in std::env::vars_os() {
+        let name = key.to_string_lossy();
+        if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") {
+            build.env_remove(&key);
+        }
+    }
     run(build, "cargo build")?;
     if peer.beside == Beside::Dora && !has_dora(tools) {
         eprintln!("installing dora-rs-cli {DORA}");
