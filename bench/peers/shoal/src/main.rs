@@ -1,4 +1,5 @@
-//! shoal's own bus: every robot writes its pose pair to its board, as its agents do, and reads everybody's from theirs.
+//! shoal's own bus: every robot writes its pose to its board and reads everybody's from theirs, as its agents do in
+//! `realtime`.
 //! There is nothing to wait for on a board, so a robot looks when it uses a pose.
 //!
 //! With the option `hub` this program is the one that owns the fleet's address, as shoal's daemon does.
@@ -6,7 +7,7 @@
 use bus::{Address, Lease, Node, RobotReader, RobotWriter, Sizes, clean};
 use poses::{Args, Failure, Pose, Transport};
 use protocol::Seat;
-use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_robot::SharedPose;
 use std::io::Read;
 use std::path::Path;
 use std::process::ExitCode;
@@ -17,7 +18,6 @@ const ADDRESS: &str = "address";
 struct Boards {
     node: Node,
     mine: RobotWriter,
-    said: PosePair,
     /// By robot, with the robots still to be opened in [`Boards::missing`].
     theirs: Vec<Option<RobotReader>>,
     missing: Vec<usize>,
@@ -34,7 +34,6 @@ fn open(args: &Args) -> Result<Boards, Failure> {
     Ok(Boards {
         mine: RobotWriter::create(&node, seat(args.robot), sizes)?,
         node,
-        said: PosePair::default(),
         theirs: (0..args.robots).map(|_| None).collect(),
         missing: args.others().collect(),
     })
@@ -52,7 +51,7 @@ impl Transport for Boards {
     }
 
     fn publish(&mut self, pose: &Pose) -> Result<(), Failure> {
-        self.said.push(SharedPose {
+        self.mine.pose(SharedPose {
             tick: pose.tick,
             stamp_ns: pose.stamp_ns,
             x_m: pose.x_m,
@@ -63,7 +62,6 @@ impl Transport for Boards {
             flags: SharedPose::FLAG_SPOKEN,
             ..SharedPose::default()
         });
-        self.mine.pose(self.said);
         Ok(())
     }
 
