@@ -106,7 +106,7 @@ impl RobotReader {
         }
         // It has missed ticks, or is new: next time this is where the one that comes after the found one will be.
         let pair = self.pose();
-        self.turn = usize::from(pair.before(tick) == Some(&pose)) ^ self.turn;
+        self.turn ^= usize::from(pair.before(tick) == Some(&pose));
         pair
     }
 
