@@ -232,6 +232,7 @@ const BAD_LINES: &[(&str, &[&str])] = &[
     ("task list", &["`shoal task list`", "not built", "shoal ps"]),
     ("task cancel 1", &["`shoal task cancel`", "not built", "--now"]),
     ("logs", &["`shoal logs`", "not built", "--format json"]),
+    ("bench loop --robots 0", &["--robots", "sizes from 1 to 1023"]),
     ("bench plan", &["unknown verb `bench plan`", "did you mean `planners`"]),
     ("bench planners apff", &["`apff`", "did you mean `apf`"]),
     ("bench planners --plans 0", &["--plans"]),

@@ -7,8 +7,10 @@ use scenarios::{Overrides, Scenario};
 
 /// From robot to robot, m.
 const SPACING_M: f64 = 2.0;
-/// The four nearest rings of the lattice: at most twelve neighbours.
+/// On the lattice that is twelve neighbours at most.
 const RADIO_M: f64 = 2.1 * SPACING_M;
+/// Before obstacles robots come closer to each other: eight on the lattice, and sixteen at most where they bunch.
+const RADIO_AMONG_OBSTACLES_M: f64 = 1.7 * SPACING_M;
 /// In the worlds that have obstacles.
 const OBSTACLES: usize = 10;
 
@@ -35,7 +37,7 @@ impl Scene {
     fn text(&self) -> String {
         let Scene { robots, mode, planner, tick_hz, duration_s, .. } = self;
         let way_m = if self.parked { 0.01 } else { 9e5 };
-        let sensor_m = if self.obstacles { 1e4 } else { 1.0 };
+        let (sensor_m, radio_m) = if self.obstacles { (1e4, RADIO_AMONG_OBSTACLES_M) } else { (1.0, RADIO_M) };
         let mut text = format!(
             r#"
             [world]
@@ -49,7 +51,7 @@ impl Scene {
             [defaults]
             planner = "{planner}"
             sensor_range_m = {sensor_m}
-            radio_range_m = {RADIO_M}
+            radio_range_m = {radio_m}
             radio_hysteresis_m = 0.1
             [layout]
             kind = "grid"
