@@ -27,8 +27,6 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Boards of robots that went out of range are kept open until there are this many of them: ranges are crossed back
 /// and forth, and an open costs a hundred microseconds.
 const SPARE_BOARDS: usize = 16;
-/// `realtime`: boards are opened after the robot has published, in this part of a period, and one in any case.
-const OPENING_SHARE: u64 = 8;
 
 /// Who this process is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -244,7 +242,7 @@ fn realtime(
         if expected && !continued.swap(false, Relaxed) && !ports.gate.over() {
             watch.judge(&mut ports.stats, period);
         }
-        ports.open_missing(woken_ns + period_ns / OPENING_SHARE);
+        ports.open_missing();
         // The next period is the first one that has not gone by completely: it begins late, those before never.
         due_ns += period_ns * period.missed().max(1);
     }
@@ -359,18 +357,15 @@ impl Ports {
         }
     }
 
-    /// Opens boards of robots in range that are not open yet: one at least, more of them until this time.
-    fn open_missing(&mut self, until_ns: u64) {
+    /// Opens the board of one robot in range that is not open yet. When a fleet starts, all of its robots have to.
+    fn open_missing(&mut self) {
         if self.heard.len() == self.in_range.len() {
             return;
         }
         for place in 0..self.in_range.len() {
             let who = self.in_range[place];
-            if self.board_of(who).is_none() {
-                let _ = self.open_board(who);
-                if clock::now_ns() >= until_ns {
-                    return;
-                }
+            if self.board_of(who).is_none() && self.open_board(who).is_some() {
+                return;
             }
         }
     }
