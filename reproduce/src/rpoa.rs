@@ -14,11 +14,12 @@
 
 mod effects;
 mod examples;
+mod figures;
 
 use crate::environment::{Environment, Expect, environments_of};
-use crate::row::{Form, Item, Paper, Rows, Series};
+use crate::row::{Item, Paper, Rows};
 use crate::simulate::{Run, tidy};
-use effects::{claims, effects, many_particles, particle_counts};
+use effects::{claims, effects};
 use examples::examples;
 use nalgebra::Vector2;
 use planners::ParamValue;
@@ -30,7 +31,7 @@ pub static PAPER: Paper = Paper {
     citation: "B. Mohajer, K. Kiani, E. Samiei, M. Sharifi, A new online random particles optimization algorithm for \
                mobile robot path planning in dynamic environments, Mathematical Problems in Engineering, 2013, 491346",
     rows,
-    series,
+    series: figures::series,
 };
 
 /// Half of the sixth digit after the point.
@@ -249,31 +250,4 @@ fn count(rows: &mut Rows<'_>, item: Item, expected: Option<u32>, found: u32, see
 fn at_degrees(radius: f64, degrees: f64) -> Vector2<f64> {
     let (sin, cos) = degrees.to_radians().sin_cos();
     radius * Vector2::new(cos, sin)
-}
-
-fn series() -> Vec<Series> {
-    let paths = environments_of("rpoa_").map(|environment| Series {
-        name: environment.name.clone(),
-        title: format!("{}: paths; obstacles where they start", environment.name),
-        x: "x (m)".to_owned(),
-        y: "y (m)".to_owned(),
-        form: Form::Paths,
-        lines: vec![
-            ("RPOA, random angles".to_owned(), rpoa(environment, "random", 1).run().line(0)),
-            ("RPOA, equal angles".to_owned(), rpoa(environment, "equal", 1).run().line(0)),
-            ("APF".to_owned(), field(environment, None).run().line(0)),
-        ],
-        discs: environment.obstacles.iter().map(|disc| [disc.center.x, disc.center.y, disc.radius]).collect(),
-    });
-    let bars = particle_counts().map(|(n, _)| (format!("{n}"), vec![[n as f64, many_particles(n).time_mean()]]));
-    let particles = Series {
-        name: "rpoa_particles".to_owned(),
-        title: "Mean time in rpoa_static_moved4 over the number of particles, 20 seeds each".to_owned(),
-        x: "particles".to_owned(),
-        y: "time (s)".to_owned(),
-        form: Form::Bars,
-        lines: bars.into(),
-        discs: Vec::new(),
-    };
-    paths.chain([particles]).collect()
 }

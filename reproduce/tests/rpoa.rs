@@ -2,8 +2,8 @@
 //! on unicycles, among other robots.
 
 use planners::{Kind, ParamValue, ParamValues};
-use shoal_reproduce::environment::environments_of;
-use shoal_reproduce::rpoa::{PAPER, Seeds, rpoa};
+use shoal_reproduce::environment::{environment, environments_of};
+use shoal_reproduce::rpoa::{PAPER, Seeds, field, rpoa};
 use shoal_reproduce::simulate::Run;
 use shoal_reproduce::{Rows, decentralized_apf};
 use std::ops::ControlFlow;
@@ -27,6 +27,59 @@ fn every_row_holds_but_the_named() {
     let items: Vec<&str> = failed.iter().map(|row| row.item.as_str()).collect();
     assert_eq!(items, EXCEPTIONS, "{failed:#?}");
     assert!(failed.iter().all(|row| !row.note.is_empty()));
+}
+
+/// Fixed discs: the field stands still. A disc on an orbit round the goal: the field drives far and never arrives. A
+/// moving goal: it arrives later and drives farther. RPOA arrives everywhere here, with every seed, without contact.
+#[test]
+fn it_arrives_where_the_field_stands_circles_or_lags() {
+    let random = |name: &str| Seeds::run(&rpoa(environment(name), "random", 1), 1..=20);
+    for name in ["rpoa_static_moved4", "rpoa_orbiter", "rpoa_moving_target"] {
+        let seeds = random(name);
+        assert_eq!((seeds.arrivals(), seeds.collisions()), (20, 0), "{name}: {seeds:?}");
+    }
+    let stuck = field(environment("rpoa_static_moved4"), None).run();
+    let tail = &stuck.paths[0][stuck.paths[0].len() - 100..];
+    assert!(!stuck.arrives() && tail.iter().all(|p| (p - stuck.end(0)).norm() < 0.5), "{:?}", stuck.end(0));
+    let circling = field(environment("rpoa_orbiter"), None).run();
+    assert!(!circling.arrives() && circling.path_length(0) > 20.0, "{:.1} m", circling.path_length(0));
+    let late = field(environment("rpoa_moving_target"), None).run();
+    let seeds = random("rpoa_moving_target");
+    assert!(late.arrival_s[0].is_some_and(|time_s| time_s > seeds.time_max()), "{:?} {seeds:?}", late.arrival_s);
+}
+
+/// Its own failures: concave groups, a disc that circles fast round the goal, and hills that overlap, through which it
+/// drives.
+#[test]
+fn it_fails_where_it_is_known_to_fail() {
+    let random = |name: &str| Seeds::run(&rpoa(environment(name), "random", 1), 1..=20);
+    assert_eq!(random("rpoa_u_trap").arrivals(), 0);
+    assert_eq!(random("rpoa_orbiter_fast").arrivals(), 0);
+    let squeeze = random("rpoa_squeeze");
+    assert!(squeeze.collisions() >= 19 && squeeze.clearance_worst() < -0.1, "{squeeze:?}");
+}
+
+#[test]
+fn figures_have_data() {
+    let series = (PAPER.series)();
+    for series in &series {
+        assert!(!series.lines.is_empty(), "{}", series.name);
+        for (name, points) in &series.lines {
+            assert!(!points.is_empty(), "{}: {name}", series.name);
+            assert!(points.iter().flatten().all(|x| x.is_finite()), "{}: {name}", series.name);
+        }
+    }
+    let names: std::collections::BTreeSet<&str> = series.iter().map(|series| series.name.as_str()).collect();
+    assert_eq!(names.len(), series.len(), "names are different");
+    let of = |name: &str| series.iter().find(|series| series.name == name).expect("it is drawn");
+    // Who stands beside whom, what moves, and who arrives.
+    let orbiter = of("rpoa_orbiter");
+    for line in ["RPOA, random angles", "RPOA, equal angles", "RPOA with the guard", "APF", "goal"] {
+        assert!(orbiter.lines.iter().any(|(name, _)| name == line), "{line}");
+    }
+    assert!(orbiter.lines.iter().any(|(name, _)| name.starts_with("course of obstacle")));
+    assert!(orbiter.title.contains("APF does not arrive"), "{}", orbiter.title);
+    assert_eq!(of("rpoa_orbiter_distance").lines.len(), 4);
 }
 
 /// With its guard the method touches nothing in any environment, at the price of not getting through some.

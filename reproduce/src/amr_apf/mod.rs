@@ -57,21 +57,27 @@ pub fn deterministic(rows: &mut Rows<'_>) -> ControlFlow<()> {
 
 fn series() -> Vec<Series> {
     let mut all = vec![case1_chart(), case2_chart(), late_chart()];
-    for (name, program, robots) in
-        [("c1", amr(Preset::C1), 5), ("c1", amr(Preset::C1), 15), ("dapf-lin", dapf(Variant::Lin), 15)]
-    {
-        all.push(paths(&format!("amr-apf-case1-{robots}-{name}"), &program, &case1(robots)));
+    for (name, method, program, robots) in [
+        ("c1", "AMR-APF C1", amr(Preset::C1), 5),
+        ("c1", "AMR-APF C1", amr(Preset::C1), 15),
+        ("dapf-lin", "DAPF linear", dapf(Variant::Lin), 15),
+    ] {
+        all.push(paths(&format!("amr-apf-case1-{robots}-{name}"), method, &program, &case1(robots)));
     }
-    for (name, program) in [("c1", amr(Preset::C1)), ("dapf-max3", dapf(Variant::Max3))] {
-        all.push(paths(&format!("amr-apf-case2-01-{name}"), &program.for_seconds(150.0), &case2()[0]));
+    for (name, method, program) in
+        [("c1", "AMR-APF C1", amr(Preset::C1)), ("dapf-max3", "DAPF max3", dapf(Variant::Max3))]
+    {
+        all.push(paths(&format!("amr-apf-case2-01-{name}"), method, &program.for_seconds(150.0), &case2()[0]));
     }
     for (layout, figure) in demos().iter().zip(["single", "head-on", "crossing", "gate"]) {
         let mut layout = layout.clone();
         // Exactly symmetrical as drawn; a hair off, the two sides differ.
         layout.jobs[0].start.y += 0.007;
         layout.jobs[0].heading_rad += 0.01;
-        for (name, program) in [("p", amr(Preset::P)), ("dapf-max4", dapf(Variant::Max4))] {
-            all.push(paths(&format!("amr-apf-demo-{figure}-{name}"), &program.for_seconds(100.0), &layout));
+        for (name, method, program) in
+            [("p", "AMR-APF P", amr(Preset::P)), ("dapf-max4", "DAPF max4", dapf(Variant::Max4))]
+        {
+            all.push(paths(&format!("amr-apf-demo-{figure}-{name}"), method, &program.for_seconds(100.0), &layout));
         }
     }
     all
@@ -148,7 +154,7 @@ fn late_chart() -> Series {
     }
 }
 
-fn paths(name: &str, program: &Program, layout: &Layout) -> Series {
+fn paths(name: &str, method: &str, program: &Program, layout: &Layout) -> Series {
     let outcome = program.run(layout);
     let line = |robot: usize| {
         let start = layout.jobs[robot].start;
@@ -158,7 +164,7 @@ fn paths(name: &str, program: &Program, layout: &Layout) -> Series {
     let (_, pillar_m) = radii_m(false);
     Series {
         name: name.to_owned(),
-        title: format!("{}: paths, {} of {} arrive", layout.name, outcome.arrived(), layout.jobs.len()),
+        title: format!("{}, {method}: paths, {} of {} arrive", layout.name, outcome.arrived(), layout.jobs.len()),
         x: "x (m)".to_owned(),
         y: "y (m)".to_owned(),
         form: Form::Paths,

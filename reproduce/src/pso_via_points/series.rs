@@ -34,8 +34,13 @@ pub(super) fn series() -> Vec<Series> {
     for (name, base) in [("pso_mass_point_1", Variant::Plain), ("pso_mass_point_2", Variant::FadedBias)] {
         point(name, base, &mut all, &mut reductions);
     }
-    for name in ["pso_arm_1", "pso_arm_elbow_flip"] {
-        arm(name, &mut all, &mut reductions);
+    for (name, elbow) in [
+        ("pso_arm_1", Elbow::Up),
+        ("pso_arm_1", Elbow::Down),
+        ("pso_arm_elbow_flip", Elbow::Down),
+        ("pso_arm_elbow_flip", Elbow::Up),
+    ] {
+        arm(name, elbow, &mut all, &mut reductions);
     }
     let bars = |get: fn(&(f64, f64)) -> f64| {
         reductions.iter().enumerate().map(|(i, both)| [(i + 1) as f64, get(both)]).collect()
@@ -84,45 +89,55 @@ fn point(name: &str, base: Variant, all: &mut Vec<Series>, reductions: &mut Vec<
     reductions.push((reduction_percent(length(&raw.points), longest), paper));
 }
 
-fn arm(name: &str, all: &mut Vec<Series>, reductions: &mut Vec<(f64, f64)>) {
+fn arm(name: &str, elbow: Elbow, all: &mut Vec<Series>, reductions: &mut Vec<(f64, f64)>) {
     let experiment = Experiment::new(environment(name));
     let raw = experiment.raw(Variant::Plain);
-    let elbow = if name == "pso_arm_1" { Elbow::Up } else { Elbow::Down };
     let run = fleet::run_arm(&experiment, elbow, 60.0);
     let geometry = experiment.arm.expect("an arm");
     let tips: Vec<_> = run.joints_rad.iter().map(|joints| geometry.tip(*joints)).collect();
     let mut lines = vec![("plain field".to_owned(), points(&raw.points)), ("tip as driven".to_owned(), points(&tips))];
-    if name == "pso_arm_1" {
+    if (name, elbow) == ("pso_arm_1", Elbow::Up) {
         let best = experiment.optimise(&raw.points, Some(elbow), 0);
         reductions.push((reduction_percent(length(&raw.points), best.length_m), 4.02));
         lines.push(("swarm".to_owned(), points(&best.path)));
     }
-    // Ten poses on the way.
-    let every = (run.joints_rad.len() / 10).max(1);
+    let outcome = match run.arrival_s {
+        Some(time_s) => format!("arrives after {time_s:.1} s, links {:.2} m clear", run.clearance_m),
+        None if run.tip_path_m == 0.0 => "stays put, there is no way in this sheet".to_owned(),
+        None => "does not arrive".to_owned(),
+    };
+    let sheet = if elbow == Elbow::Up { "up" } else { "down" };
+    let file = format!("{name}_{sheet}");
+    // Ten poses on the way; of an arm that stays put, the one it has.
+    let every = if run.tip_path_m == 0.0 { run.joints_rad.len() } else { (run.joints_rad.len() / 10).max(1) };
     for (i, joints) in run.joints_rad.iter().enumerate().step_by(every) {
         let at = [geometry.base, geometry.elbow(*joints), geometry.tip(*joints)];
         lines.push((format!("pose {:.1} s", i as f64 * 0.05), points(&at)));
     }
     all.push(Series {
-        name: format!("{name}_paths"),
-        title: format!("{name}: paths of the tip and poses of the arm, elbow {elbow:?}"),
+        name: format!("{file}_paths"),
+        title: format!("{name}, elbow {sheet}: {outcome}"),
         x: "x (m)".to_owned(),
         y: "y (m)".to_owned(),
         form: Form::Paths,
         lines,
         discs: discs(&experiment),
     });
+    let end_s = (run.joints_rad.len() - 1) as f64 * 0.05;
+    let limits = [geometry.joint_min_rad, geometry.joint_max_rad].into_iter().zip(["least", "most"]);
+    let limits = limits.flat_map(|(both, which)| [0, 1].map(|i| (format!("{which} of joint {}", i + 1), both[i])));
+    let limits = limits.map(|(name, rad)| (name, vec![[0.0, rad.to_degrees()], [end_s, rad.to_degrees()]]));
     let joint = |i: usize| {
         let at = |(tick, joints): (usize, &[f64; 2])| [tick as f64 * 0.05, joints[i].to_degrees()];
         run.joints_rad.iter().enumerate().map(at).collect()
     };
     all.push(Series {
-        name: format!("{name}_joints"),
-        title: format!("{name}: joint angles as driven, elbow {elbow:?}"),
+        name: format!("{file}_joints"),
+        title: format!("{name}: joint angles as driven, elbow {sheet}"),
         x: "time (s)".to_owned(),
         y: "angle (degrees)".to_owned(),
         form: Form::Lines,
-        lines: vec![("joint 1".to_owned(), joint(0)), ("joint 2".to_owned(), joint(1))],
+        lines: [("joint 1".to_owned(), joint(0)), ("joint 2".to_owned(), joint(1))].into_iter().chain(limits).collect(),
         discs: Vec::new(),
     });
 }
