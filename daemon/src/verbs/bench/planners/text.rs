@@ -3,6 +3,9 @@
 use super::{CELL_S_MAX, Measured, TARGET_CELL, Target, Verdict};
 use crate::report::{Column, Page, table};
 
+/// Below this width the tables stand on their ends.
+const WIDE: usize = 76;
+
 /// What a table shows of a cell.
 type Figure = fn(&Measured) -> f64;
 
@@ -12,17 +15,6 @@ pub(super) fn render(cells: &[Measured], verdicts: &[Verdict], width: usize) -> 
     let mut names: Vec<&str> = cells.iter().map(|cell| cell.planner).collect();
     names.dedup();
     let most = cells.iter().map(|cell| cell.plans).max().unwrap_or(0);
-    let columns = [
-        Column::left("method", 0, 24),
-        Column::right("10 | 0", 0),
-        Column::right("4", 0),
-        Column::right("16", 0),
-        Column::right("64", 0),
-        Column::right("100 | 0", 0),
-        Column::right("4", 0),
-        Column::right("16", 0),
-        Column::right("64", 0),
-    ];
     let figures: [(&str, Figure); 2] = [
         ("median time of a plan, us; by obstacles | neighbours", |cell| cell.p50_us),
         ("99 of 100 plans take at most, us", |cell| cell.p99_us),
@@ -35,11 +27,15 @@ pub(super) fn render(cells: &[Measured], verdicts: &[Verdict], width: usize) -> 
                 let own = cells.iter().filter(|cell| cell.planner == *name).filter(in_table);
                 let mut row: Vec<String> =
                     std::iter::once((*name).to_owned()).chain(own.map(|c| short(figure(c)))).collect();
-                row.resize(columns.len(), "-".to_owned());
+                row.resize(9, "-".to_owned());
                 row
             })
             .collect();
-        table(&columns, &rows, 2, page.width()).iter().for_each(|line| page.line(line));
+        if page.width() < WIDE {
+            stacked(&mut page, &rows)
+        } else {
+            side_by_side(&mut page, &rows)
+        }
         page.gap();
     }
     if !verdicts.is_empty() {
@@ -65,10 +61,19 @@ pub(super) fn render(cells: &[Measured], verdicts: &[Verdict], width: usize) -> 
                 }
             };
             let holds = if verdict.holds { "yes" } else { "NO" };
-            vec![verdict.planner.to_owned(), figure(|c| c.p50_us), figure(|c| c.p99_us), target, holds.to_owned()]
+            [verdict.planner.to_owned(), figure(|c| c.p50_us), figure(|c| c.p99_us), target, holds.to_owned()]
         };
-        let rows: Vec<Vec<String>> = verdicts.iter().map(row).collect();
-        table(&columns, &rows, 2, page.width()).iter().for_each(|line| page.line(line));
+        let rows: Vec<[String; 5]> = verdicts.iter().map(row).collect();
+        if page.width() < WIDE {
+            for row in &rows {
+                let [name, p50, p99, target, holds] = row.each_ref();
+                let holds = if holds == "yes" { "holds" } else { "does NOT hold" };
+                page.words(&format!("{name}: p50 {p50} us, p99 {p99} us; {target}: {holds}"), 2);
+            }
+        } else {
+            let rows: Vec<Vec<String>> = rows.into_iter().map(Vec::from).collect();
+            table(&columns, &rows, 2, page.width()).iter().for_each(|line| page.line(line));
+        }
         page.gap();
     }
     let build = if cfg!(debug_assertions) { " This is a debug build: a release build is faster." } else { "" };
@@ -89,6 +94,29 @@ pub(super) fn render(cells: &[Measured], verdicts: &[Verdict], width: usize) -> 
         }
     }
     page.into_text()
+}
+
+/// A line for each method.
+fn side_by_side(page: &mut Page, rows: &[Vec<String>]) {
+    let heads = ["10 | 0", "4", "16", "64", "100 | 0", "4", "16", "64"].map(|head| Column::right(head, 0));
+    let columns: Vec<Column> = std::iter::once(Column::left("method", 0, 24)).chain(heads).collect();
+    table(&columns, rows, 2, page.width()).iter().for_each(|line| page.line(line));
+}
+
+/// A line for each method and number of obstacles, below the method's name.
+fn stacked(page: &mut Page, rows: &[Vec<String>]) {
+    let columns = ["", "0", "4", "16", "64"].map(|head| Column::right(head, 0));
+    let of = |(obstacles, cells): (&str, &[String])| {
+        std::iter::once(format!("{obstacles} |")).chain(cells.iter().cloned()).collect()
+    };
+    let halves: Vec<Vec<String>> =
+        rows.iter().flat_map(|row| [("10", &row[1..5]), ("100", &row[5..9])].map(of)).collect();
+    let lines = table(&columns, &halves, 2, page.width());
+    page.line(&lines[0]);
+    for (name, pair) in rows.iter().map(|row| &row[0]).zip(lines[1..].chunks(2)) {
+        page.line(name);
+        pair.iter().for_each(|line| page.line(line));
+    }
 }
 
 /// Three digits.
@@ -124,9 +152,13 @@ mod tests {
             })
             .collect();
         let verdicts: Vec<Verdict> = cells.iter().filter_map(Verdict::of).collect();
-        let text = render(&cells, &verdicts, 80);
         assert_eq!(verdicts.len(), METHODS.len());
-        assert!(text.lines().all(|line| line.chars().count() <= 80 && !line.contains('…')), "{text}");
-        assert!(METHODS.iter().all(|method| text.contains(method.name)), "{text}");
+        for width in [40, 60, 80] {
+            let text = render(&cells, &verdicts, width);
+            assert!(text.lines().all(|line| line.chars().count() <= width && !line.contains('…')), "{text}");
+            assert!(METHODS.iter().all(|method| text.contains(method.name)), "{text}");
+            let said = if width < WIDE { text.matches("hold").count() } else { text.matches("yes").count() };
+            assert!(said >= 1, "{text}");
+        }
     }
 }
