@@ -4,7 +4,10 @@ use crate::inputs::{Scene, every_method};
 use nalgebra::{Point2, Rotation2, Vector2};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use shoal_planners::{Capsule, Drive, Identity, Kind, Limits, METHODS, Neighbor, Obstacle, ParamValues, Plan, Planner};
+use shoal_planners::{
+    Capsule, Drive, Identity, Kind, Limits, METHODS, Neighbor, Obstacle, ParamKind, ParamValue, ParamValues, Plan,
+    Planner,
+};
 
 /// Fixed seed: a failure is the same for everybody. The failing input is printed in full and becomes a named row.
 pub(crate) fn config() -> ProptestConfig {
@@ -188,12 +191,37 @@ fn mapped_plan(plan: Plan, vector: impl Fn(Vector2<f64>) -> Vector2<f64>, side: 
     }
 }
 
+/// Every method, with its defaults and then with every other word and switch of every parameter on its own.
+fn every_variant() -> Vec<(String, Box<dyn Planner>)> {
+    let mut all = Vec::new();
+    for method in METHODS {
+        let build = |values: &ParamValues| (method.build)(values, crate::inputs::NOBODY).expect("the parameters fit");
+        all.push((method.name.to_owned(), build(&ParamValues::new())));
+        for spec in (method.params)() {
+            let values: Vec<ParamValue> = match spec.kind {
+                ParamKind::Bool => [false, true].map(ParamValue::Bool).into(),
+                ParamKind::Choice(words) => words.iter().map(|word| ParamValue::Choice((*word).to_owned())).collect(),
+                ParamKind::Float { .. } | ParamKind::Int { .. } => Vec::new(),
+            };
+            for value in values.into_iter().filter(|value| *value != spec.default) {
+                let name = format!("{}, {} = {value}", method.name, spec.name);
+                all.push((name, build(&ParamValues::from([(spec.name.to_owned(), value)]))));
+            }
+        }
+    }
+    all
+}
+
 proptest! {
     #![proptest_config(config())]
 
     #[test]
-    fn plans_are_finite_and_within_limits(near in scene(2.0, 12), far in scene(1e6, 12)) {
-        for scene in [near, far] {
+    fn plans_are_finite_and_within_limits(
+        near in scene(2.0, 12), far in scene(1e6, 12), offset in vector(1e6), crowded in scene(2.0, 12),
+    ) {
+        // A crowd a thousand kilometres from the origin, where a last digit is a tenth of a nanometre.
+        let remote = mapped(&crowded, |p| p + offset, |v| v, |yaw| yaw);
+        for scene in [near, far, remote] {
             for (method, mut planner) in every_method() {
                 for plan in plans(&mut *planner, &scene) {
                     check_sane(method.name, &scene, &plan)?;
@@ -272,14 +300,53 @@ fn degenerate_scenes() {
     crowd.neighbors =
         (1..=1000).map(|id| crate::inputs::robot(id, [f64::from(id % 40) * 0.1, f64::from(id / 40) * -0.1])).collect();
     rows.push(crowd);
+    let mut heap = Scene::new(here, [4.0, 4.0]);
+    heap.neighbors = (1..=1000).map(|id| crate::inputs::robot(id, here)).collect();
+    rows.push(heap);
+    let remote = |scene: &Scene| mapped(scene, |p| p + Vector2::new(-1e6, 1e6), |v| v, |yaw| yaw);
+    rows.extend(rows.iter().map(remote).collect::<Vec<_>>());
     for (mut scene, kind) in
         rows.iter().cloned().flat_map(|scene| [(scene.clone(), Kind::Point), (scene, Kind::Unicycle)])
     {
         scene.kind = kind;
-        for (method, mut planner) in every_method() {
+        for (name, mut planner) in every_variant() {
             for plan in plans(&mut *planner, &scene) {
-                check_sane(method.name, &scene, &plan).unwrap_or_else(|problem| panic!("{problem}"));
+                check_sane(&name, &scene, &plan).unwrap_or_else(|problem| panic!("{problem}"));
             }
         }
+    }
+}
+
+/// More robots than any list of a method holds: which of them count must not hang on the order in which they are heard.
+#[test]
+fn the_order_of_a_thousand_neighbors_does_not_matter() {
+    let mut stream = shoal_planners::random::Stream::new(1, 0, 0, "crowd");
+    for kind in Kind::MOBILE {
+        let mut crowd = Scene { kind: *kind, ..Scene::new([0.0, 0.0], [9.0, 4.0]) };
+        crowd.neighbors = (1..=4000)
+            .map(|id| crate::inputs::robot(id, [stream.between(-9.0, 9.0), stream.between(-9.0, 9.0)]))
+            .filter(|other| (other.position - crowd.position).norm() > 0.5)
+            .take(1000)
+            .collect();
+        let mut sorted = crowd.clone();
+        sorted.neighbors.sort_by(|a, b| b.position.x.total_cmp(&a.position.x));
+        let mut reversed = crowd.clone();
+        reversed.neighbors.reverse();
+        for method in METHODS.iter().filter(|method| method.symmetry.neighbor_order) {
+            for other in [&sorted, &reversed] {
+                check_same(method.name, &crowd, other, |plan| plan).unwrap_or_else(|problem| panic!("{problem}"));
+            }
+        }
+    }
+}
+
+/// A symmetry is given up with a reason: a fixed set of directions, or a side that is preferred.
+#[test]
+fn no_method_gives_up_more_symmetry_than_it_must() {
+    for method in METHODS {
+        assert!(method.symmetry.translation && method.symmetry.neighbor_order, "{}", method.name);
+        let whole = method.symmetry.rotation && method.symmetry.reflection;
+        let fixed = ["rpoa", "liquid", "liquid-online", "pso-via-points"].contains(&method.name);
+        assert!(whole != fixed, "{}", method.name);
     }
 }
