@@ -92,7 +92,8 @@ fn paths(series: &Series) -> String {
     let mut legend: Vec<Entry> =
         others.iter().enumerate().map(|(i, (name, _))| (color(i, others.len()), name.clone())).collect();
     if poses > 0 {
-        legend.push((pose_color(0.5), format!("the arm at {poses} instants")));
+        let name = if poses == 1 { "the arm".to_owned() } else { format!("the arm at {poses} instants") };
+        legend.push((pose_color(0.5), name));
     }
     sheet(series, axes, &legend, |pad, axes| {
         axes.draw(pad, &series.x, &series.y);

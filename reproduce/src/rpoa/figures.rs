@@ -19,10 +19,14 @@ fn of(environment: &'static Environment) -> Vec<Series> {
     let compared = [
         ("RPOA, random angles", random),
         ("RPOA, equal angles", rpoa(environment, "equal", 1)),
-        ("RPOA with the guard", guarded),
         ("APF", field(environment, None)),
+        ("RPOA with the guard", guarded),
     ];
-    let runs = compared.map(|(name, run)| (name, run.dt_s, run.run()));
+    let mut runs = compared.map(|(name, run)| (name, run.dt_s, run.run())).to_vec();
+    // Where the guard changes nothing it is not drawn.
+    if runs[3].2.paths == runs[0].2.paths {
+        runs.pop();
+    }
     let moves =
         environment.obstacles.iter().any(|disc| disc.motion.is_some()) || environment.robots[0].goal_motion.is_some();
     let mut all = vec![paths(environment, &runs)];
