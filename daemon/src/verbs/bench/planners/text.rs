@@ -32,9 +32,9 @@ pub(super) fn render(cells: &[Measured], verdicts: &[Verdict], width: usize) -> 
             })
             .collect();
         if page.width() < WIDE {
-            stacked(&mut page, &rows)
+            stacked(&mut page, &rows);
         } else {
-            side_by_side(&mut page, &rows)
+            side_by_side(&mut page, &rows);
         }
         page.gap();
     }
