@@ -205,10 +205,17 @@ fn an_abandoned_fleet_is_found_ended_and_removed() {
     let lease = home.1.take();
     let daemon = Node::new(&home.0, "daemon").unwrap();
     let services = Services::create(&daemon, SIZES).unwrap();
-    // Something of the fleet that still runs: its command line names the root.
+    // Something of the fleet that still runs: its command line names the root. It forks nobody who would look the same
+    // for a moment, and waits for a line that never comes.
     let mut orphan = common::Process(
-        std::process::Command::new("sh").args(["-c", "sleep 60; :", "--root"]).arg(home.0.root()).spawn().unwrap(),
+        std::process::Command::new("sh")
+            .args(["-c", "read -r line", "--root"])
+            .arg(home.0.root())
+            .stdin(std::process::Stdio::piped())
+            .spawn()
+            .unwrap(),
     );
+    let _silence = orphan.0.stdin.take();
     let entry = || clean::list_fleets().unwrap().into_iter().find(|entry| entry.address == home.0);
     wait_until("the orphan shows", || entry().unwrap().processes == [orphan.0.id()]);
     assert!(!entry().unwrap().abandoned);

@@ -227,10 +227,15 @@ fn latency_of_a_fleet_that_runs() {
     fleet.wait_tick(30);
     let ask = |args: &[&str]| shoal(&[&["latency", "--fleet", &id], args].concat());
     shoal(&["add", "--fleet", &id, "--id", "late", "--start", "0,-2", "--goal", "1,-2"]).expect(0);
+    let heard = |json: &Value, robot: &str, other: &str| {
+        json["pairs"].as_array().unwrap().iter().any(|pair| pair["robot"] == robot && pair["heard"] == other)
+    };
+    // The newcomer opens one board in a period.
     let json = wait_for("the new robot's statistics", || {
         let json = ask(&["--pairs", "--histogram", "--metric", "wake", "--format", "json"]).expect(0).report;
         let robots = json["per_robot"].as_array().map_or(0, Vec::len);
-        (robots == 3 && robot(&json, "late")["pose_age_us"].is_object()).then_some(json)
+        let hears_all = ["a", "b"].iter().all(|other| heard(&json, "late", other));
+        (robots == 3 && hears_all && robot(&json, "late")["pose_age_us"].is_object()).then_some(json)
     });
     assert_eq!((&json["schema"], &json["mode"]), (&"shoal.latency/1".into(), &"realtime".into()), "{json:#}");
     for id in ["a", "b", "late"] {
@@ -240,9 +245,8 @@ fn latency_of_a_fleet_that_runs() {
     }
     // Everybody hears everybody.
     let pairs = json["pairs"].as_array().unwrap();
-    let heard = |robot: &str, other: &str| pairs.iter().any(|pair| pair["robot"] == robot && pair["heard"] == other);
     for (robot, other) in [("a", "b"), ("b", "a"), ("late", "a"), ("late", "b")] {
-        assert!(heard(robot, other), "{robot} hears {other}: {pairs:#?}");
+        assert!(heard(&json, robot, other), "{robot} hears {other}: {pairs:#?}");
     }
     assert!(pairs.iter().all(|pair| pair["robot"] != pair["heard"]), "{pairs:#?}");
     let bins = json["histogram"]["bins"].as_array().unwrap();
