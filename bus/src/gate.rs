@@ -5,12 +5,12 @@
 //!
 //! # Why no wake-up is lost
 //!
-//! *Agents* sleep on `turn`, which changes with every tick, with the start and with the stop, and only after the words
+//! *Agents* sleep on `turn`, which changes with every tick, with the meeting, the start and the stop, and only after the words
 //! that say what happened. An agent loads `turn`, then looks at those words, then sleeps "if `turn` is still that".
 //! Whatever happens before its load it sees; whatever happens after makes the kernel refuse the sleep, or wakes it.
 //!
 //! *The world* sleeps on `bell` in the same way. Who rings, and after what:
-//! - [`Gate::ring_world`], [`Gate::announce_ready`] and [`Gate::stop`] count up `calls`, then ring.
+//! - [`Gate::ring_world`], [`Gate::announce_ready`], [`Gate::announce_met`] and [`Gate::stop`] count up `calls`, then ring.
 //! - An agent that answers stores its slot, then counts `counter` down **if that is for its tick** (the tick is half of
 //!   the word, so one compare-and-swap decides both), and rings if it was the last one.
 //!
@@ -60,6 +60,7 @@ const TICK: usize = 72;
 const STAMPS: [usize; 2] = [80, 88];
 const START: usize = 96;
 const OVER: usize = 104;
+const MEETING: usize = 108;
 const COUNTER: usize = 128;
 const BELL: usize = 192;
 const CALLS: usize = 196;
@@ -74,6 +75,8 @@ const ANSWER: usize = 8;
 const SIGNS: usize = 16;
 /// In a slot: how many neighbours its robot heard in its newest step.
 const HEARD: usize = 24;
+/// In a slot: the incarnation that has met its neighbours, plus one.
+const MET: usize = 32;
 /// When each of the last ticks was opened, for observers; behind the slots.
 const TRACE: usize = 1024;
 
@@ -245,6 +248,18 @@ impl Gate {
         self.slot(seat.slot, READY).is_some_and(|word| word.load(Acquire) == u64::from(seat.incarnation) + 1)
     }
 
+    /// Before the start of a `realtime` run: everybody is ready, and whom each robot will hear is on its board. The agents
+    /// may open the boards of those while no period is running.
+    pub fn call_meeting(&self) {
+        self.map.u32_at(MEETING).store(1, Release);
+        self.turn();
+    }
+
+    /// Whether the agent of this seat has opened those boards.
+    pub fn has_met(&self, seat: Seat) -> bool {
+        self.slot(seat.slot, MET).is_some_and(|word| word.load(Acquire) == u64::from(seat.incarnation) + 1)
+    }
+
     /// How many signs of life ([`Gate::note_alive`]) the agents of this seat's slot have given. It changes while the
     /// process runs, and stands still while it does not.
     pub fn signs(&self, seat: Seat) -> u64 {
@@ -313,6 +328,20 @@ impl Gate {
         if let Some(word) = self.slot(seat.slot, HEARD) {
             word.store(u64::from(seat.incarnation) << 32 | neighbors as u64, Relaxed);
         }
+    }
+
+    /// Sleeps until the meeting is called, or the run is over, or the time-out is; true in the first case.
+    pub fn wait_meeting(&self, timeout: Duration) -> bool {
+        let called = || self.map.u32_at(MEETING).load(Acquire) != 0;
+        self.sleep_until(timeout, || if self.stopped() { Some(false) } else { called().then_some(true) }) == Some(true)
+    }
+
+    /// Says that this seat has opened the boards of those whom it will hear first, and tells the world.
+    pub fn announce_met(&self, seat: Seat) {
+        if let Some(word) = self.slot(seat.slot, MET) {
+            word.store(u64::from(seat.incarnation) + 1, Release);
+        }
+        self.ring_world();
     }
 
     /// Sleeps until the common time base is known, or the run is over, or the time-out is; `None` in the latter cases.

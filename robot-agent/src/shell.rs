@@ -24,6 +24,8 @@ use std::time::Duration;
 
 /// Longest sleep without a look at the stop word.
 const PATIENCE: Duration = Duration::from_millis(500);
+/// In `realtime`, boards are opened for this part of a period, and at least one: an open costs a hundred microseconds.
+const OPENING_SHARE: u64 = 8;
 /// Boards of robots that went out of range are kept open until there are this many of them: ranges are crossed back
 /// and forth, and an open costs a hundred microseconds.
 const SPARE_BOARDS: usize = 16;
@@ -187,6 +189,16 @@ fn realtime(
 ) -> Result<(), ShellError> {
     let (seat, robots) = (agent.spec().seat, u64::from(agent.spec().max_robots));
     clock::set_timer_slack_1ns();
+    while !ports.gate.wait_meeting(PATIENCE) {
+        if ports.gate.stopped() {
+            return Ok(());
+        }
+    }
+    if ports.gate.start_ns().is_none() {
+        ports.follow_list();
+        ports.open_missing(Duration::MAX);
+        ports.gate.announce_met(seat);
+    }
     let start_ns = loop {
         if ports.gate.stopped() {
             return Ok(());
@@ -201,6 +213,7 @@ fn realtime(
     let first_ns = start_ns + phase_ns;
     let passed = clock::now_ns().saturating_sub(first_ns).div_ceil(period_ns);
     let mut due_ns = first_ns + passed * period_ns;
+    let opening = Duration::from_nanos(period_ns / OPENING_SHARE);
     let mut watch = Watch::of_agent();
     // From its first period in the world to the last tick of it, a robot is expected to be on time; not while somebody
     // has stopped its process (SIGSTOP, which the timeline uses as well), of which it learns when it may go on.
@@ -242,7 +255,7 @@ fn realtime(
         if expected && !continued.swap(false, Relaxed) && !ports.gate.over() {
             watch.judge(&mut ports.stats, period);
         }
-        ports.open_missing();
+        ports.open_missing(opening);
         // The next period is the first one that has not gone by completely: it begins late, those before never.
         due_ns += period_ns * period.missed().max(1);
     }
@@ -332,14 +345,7 @@ impl Ports {
     /// Reads the poses of the robots in range, each from its own board: the newest before a tick, for which boards are
     /// opened at once, or the newest of those that are open.
     fn listen(&mut self, before: Option<u64>) {
-        if let Some(listed) = self.world.neighbors() {
-            self.in_range.clear();
-            self.in_range.extend_from_slice(listed);
-            if self.boards.len() > self.in_range.len() + SPARE_BOARDS {
-                let in_range = &self.in_range;
-                self.boards.retain(|(who, _)| in_range.contains(who));
-            }
-        }
+        self.follow_list();
         self.heard.clear();
         for place in 0..self.in_range.len() {
             let who = self.in_range[place];
@@ -357,14 +363,26 @@ impl Ports {
         }
     }
 
-    /// Opens the board of one robot in range that is not open yet. When a fleet starts, all of its robots have to.
-    fn open_missing(&mut self) {
+    /// Takes over who is in range, if the world has written it anew.
+    fn follow_list(&mut self) {
+        if let Some(listed) = self.world.neighbors() {
+            self.in_range.clear();
+            self.in_range.extend_from_slice(listed);
+        }
+    }
+
+    /// Opens boards of robots in range that are not open yet, until this much time has gone by, but at least one.
+    fn open_missing(&mut self, time: Duration) {
         if self.heard.len() == self.in_range.len() {
             return;
         }
+        let begun_ns = clock::now_ns();
         for place in 0..self.in_range.len() {
             let who = self.in_range[place];
-            if self.board_of(who).is_none() && self.open_board(who).is_some() {
+            if self.board_of(who).is_none()
+                && self.open_board(who).is_some()
+                && u128::from(clock::now_ns() - begun_ns) >= time.as_nanos()
+            {
                 return;
             }
         }
@@ -377,9 +395,11 @@ impl Ports {
     }
 
     /// Opens the board of a robot, in place of that of an earlier life. One that died between the list and this look has
-    /// no board any more: it is not heard.
+    /// no board any more: it is not heard. Too many boards of robots that are not in range are closed.
     fn open_board(&mut self, who: NeighborRef) -> Option<usize> {
-        self.boards.retain(|(open, _)| open.slot != who.slot);
+        let in_range = &self.in_range;
+        let crowded = self.boards.len() >= in_range.len() + SPARE_BOARDS;
+        self.boards.retain(|(open, _)| open.slot != who.slot && (!crowded || in_range.contains(open)));
         let seat = Seat { slot: who.slot, incarnation: who.incarnation };
         let reader = RobotReader::open(&self.node, seat).ok()?;
         let index = self.boards.partition_point(|(open, _)| open.slot < who.slot);

@@ -195,7 +195,9 @@ impl Shell {
         clock::set_timer_slack_1ns();
         self.send_notices();
         self.await_due();
+        self.meet();
         let mut due_ns = clock::now_ns() + RUN_UP_NS;
+        self.commanded_ns.fill(due_ns);
         self.gate.set_start(due_ns);
         let mut watch = Watch::of_world();
         clock::sleep_until_ns(due_ns);
@@ -256,16 +258,49 @@ impl Shell {
         for slot in opening.odometry {
             board.odometry(*slot as u32, Odometry { stamp_ns, ..world.odometry(*slot) });
         }
-        for seat in world.participants() {
-            let robot = &mut self.robots[seat.slot as usize];
-            if robot.as_ref().is_none_or(|(who, _)| who != seat) {
-                // No board means no command: the robot stands still, and the next tick tries again.
-                *robot = RobotReader::open(&self.node, *seat).ok().map(|reader| (*seat, reader));
-                self.commanded_ns[seat.slot as usize] = stamp_ns;
+        for index in 0..self.world.participants().len() {
+            let seat = self.world.participants()[index];
+            let slot = seat.slot as usize;
+            if self.robots[slot].as_ref().is_none_or(|(who, _)| *who != seat) {
+                self.open_robot(seat);
+                self.commanded_ns[slot] = stamp_ns;
             }
         }
         self.show(stamp_ns);
         self.send_notices();
+    }
+
+    /// Opens the board of a robot. No board means no command: the robot stands still, and the next tick tries again.
+    fn open_robot(&mut self, seat: Seat) {
+        self.robots[seat.slot as usize] = RobotReader::open(&self.node, seat).ok().map(|reader| (seat, reader));
+    }
+
+    /// Before the first period of `realtime`: everybody opens the boards of those whom it will hear in the second, which
+    /// takes as long as many periods. Whoever is not done within the limit of stragglers does the rest later.
+    fn meet(&mut self) {
+        let foreseen = self.world.foreseen();
+        for (slot, neighbors) in &foreseen {
+            self.board.neighbors(*slot as u32, neighbors);
+        }
+        self.gate.call_meeting();
+        for seat in self.world.due().to_vec() {
+            self.open_robot(seat);
+        }
+        let begun_ns = clock::now_ns();
+        loop {
+            let (gate, silent) = (&self.gate, &self.silent);
+            let waiting = (self.world.due().iter())
+                .any(|seat| !gate.has_met(*seat) && !silent.iter().any(|(who, _)| who == seat));
+            let overdue = clock::now_ns().saturating_sub(begun_ns) > self.straggler_limit.as_nanos() as u64;
+            if !waiting || overdue || self.over() {
+                break;
+            }
+            self.gate.wait_call(PATIENCE.min(self.straggler_limit));
+            self.take_orders();
+        }
+        for (slot, _) in foreseen {
+            self.board.neighbors(slot as u32, &[]);
+        }
     }
 
     /// Publishes the frame of the present tick, if anybody watches, and records it, if anybody wants that.

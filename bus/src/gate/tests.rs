@@ -177,6 +177,18 @@ fn agents_see_ticks_start_and_stop() {
     fleet.gate.open_tick(2, 1, 7);
     assert_eq!(agent.wait_tick(Some(0), TIMEOUT), TickWait::Open { tick: 2, stamp_ns: 7 }, "the newest one");
 
+    assert!(!agent.wait_meeting(SHORT));
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            thread::sleep(SHORT);
+            fleet.gate.call_meeting();
+        });
+        assert!(agent.wait_meeting(TIMEOUT));
+    });
+    assert!(!fleet.gate.has_met(seat(0)));
+    agent.announce_met(seat(0));
+    assert!(fleet.gate.has_met(seat(0)) && !fleet.gate.has_met(Seat { slot: 0, incarnation: 1 }));
+
     assert_eq!((agent.start_ns(), agent.wait_start(SHORT)), (None, None));
     thread::scope(|scope| {
         scope.spawn(|| {
@@ -203,6 +215,7 @@ fn agents_see_ticks_start_and_stop() {
     assert!(fleet.gate.stopped());
     assert_eq!(agent.wait_tick(Some(2), TIMEOUT), TickWait::Stopped);
     assert_eq!(agent.wait_start(TIMEOUT), None);
+    assert!(!agent.wait_meeting(TIMEOUT), "nobody meets any more");
 }
 
 /// A small generator, for delays: the same for the same seed.

@@ -2,7 +2,9 @@
 
 use super::World;
 use crate::arm;
+use crate::grid::Grid;
 use crate::presence::{Presence, State};
+use crate::ranges::Ranges;
 use crate::referee::Referee;
 use planners::Capsule;
 use protocol::Seat;
@@ -137,6 +139,20 @@ impl World {
     /// The robots that this one hears, sorted by slot.
     pub fn neighbors(&self, slot: usize) -> &[NeighborRef] {
         self.ranges.heard(slot)
+    }
+
+    /// Whom each slot will hear once everybody who is due now has entered and has spoken, for the slots that will hear
+    /// anybody. Before the first tick, this is whom to get ready for.
+    pub fn foreseen(&self) -> Vec<(usize, Vec<NeighborRef>)> {
+        let mut bodies = self.bodies.clone();
+        for (body, presence) in bodies.iter_mut().zip(&self.presences) {
+            let due = presence.due(self.tick);
+            (body.seat, body.in_world, body.takes_part, body.on_radio) = (presence.seat(), due, due, due);
+        }
+        let (mut grid, mut ranges) = (Grid::default(), Ranges::default());
+        grid.rebuild(&bodies);
+        ranges.update(&bodies, &self.arms, &self.shapes, &grid);
+        ranges.heard_changed().iter().map(|slot| (*slot, ranges.heard(*slot).to_vec())).collect()
     }
 
     /// The pieces that this one sees, sorted by index.

@@ -40,6 +40,25 @@ fn a_neighbour_once_heard_is_kept_until_it_is_further_away() {
 }
 
 #[test]
+fn whom_a_robot_hears_first_is_foreseen() {
+    let mut scenario = scenario((0..6).map(|i| robot(i, [2.0 * i as f64, 0.0], [2.0 * i as f64, 0.0])).collect());
+    scenario.events = vec![at(3, What::Join { robot: 2 })];
+    scenario.robots[5].start = Point2::new(90.0, 0.0);
+    let mut driver = Driver::new(&scenario);
+    let foreseen = driver.world.foreseen();
+    assert!(driver.world.participants().is_empty(), "nobody has entered by being foreseen");
+    let whole: Vec<usize> = foreseen.iter().map(|(slot, _)| *slot).collect();
+    assert_eq!(whole, [0, 1, 3, 4], "one joins later, one is out of everybody's range");
+    driver.open();
+    driver.close();
+    driver.open();
+    for (slot, neighbors) in foreseen {
+        assert_eq!(driver.world.neighbors(slot), neighbors, "slot {slot}");
+    }
+    driver.close();
+}
+
+#[test]
 fn every_body_is_heard_or_seen_but_never_both() {
     let mut scenario = scenario((0..4).map(|i| robot(i, [i as f64, 0.0], [i as f64, 9.0])).collect());
     scenario.obstacles = vec![disc(0.0, -8.0, 0.5)];
