@@ -1,6 +1,8 @@
 //! Agents are many processes of one executable. A position-independent one has its tables of addresses relocated, and so
 //! copied, in each of them: 0.2 MiB per agent. So it is linked at a fixed address.
 
+#![expect(clippy::disallowed_methods, reason = "cargo tells build scripts of their target by the environment")]
+
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     let target = |key: &str| std::env::var(key).unwrap_or_default();
