@@ -52,6 +52,8 @@ pub(crate) enum Type {
         /// Most pairs.
         max: usize,
     },
+    /// A list of whole numbers from 0 to this one, at least one of them, each once.
+    Numbers(u16),
     /// `[low, high]` with `low` below `high`.
     Interval,
     /// `"all"` or a whole number.

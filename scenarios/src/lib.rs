@@ -18,6 +18,7 @@ pub mod model;
 mod node;
 mod obstacles;
 mod problems;
+mod processes;
 mod resolve;
 mod robots;
 mod schema;

@@ -14,6 +14,8 @@ pub const MAX_ROBOTS: usize = 1024;
 pub const MAX_SHAPES: usize = 1024;
 /// Most goals that one robot may have waiting.
 pub const MAX_GOALS: usize = 64;
+/// Largest number of a processor.
+pub const CPU_MAX: u16 = 1023;
 
 /// A whole experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,6 +30,8 @@ pub struct Scenario {
     pub clock: Clock,
     /// How the fleet is run.
     pub fleet: Fleet,
+    /// How its processes are scheduled; `single` has none.
+    pub processes: Processes,
     /// How the radio behaves at the start.
     pub radio: Radio,
     /// What stands or moves in the world besides robots.
@@ -130,6 +134,63 @@ pub enum StragglerPolicy {
     Hold,
     /// It is killed and stays where it stands.
     Drop,
+}
+
+/// How the processes of a fleet are scheduled. The trajectories do not depend on it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Processes {
+    /// The world's process.
+    pub world: Scheduling,
+    /// The process of every robot, in all its lives.
+    pub agents: Scheduling,
+}
+
+/// Where a process runs, and which processes it has to let pass.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Scheduling {
+    /// Processors that it may use, ascending; none: those of whoever starts it.
+    pub cpus: Vec<u16>,
+    /// Its scheduling class; `None`: that of whoever starts it.
+    pub class: Option<Class>,
+}
+
+/// A scheduling class of Linux, see sched(7).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Class {
+    /// `SCHED_OTHER`: what processes usually have.
+    Other,
+    /// `SCHED_BATCH`: the same, but waking up takes the processor from nobody.
+    Batch,
+    /// `SCHED_FIFO`: before all that is not real-time, for as long as it likes.
+    Fifo {
+        /// 1 to 99; a larger one goes first.
+        priority: u8,
+    },
+    /// `SCHED_RR`: the same, taking turns with those of the same priority.
+    Rr {
+        /// 1 to 99; a larger one goes first.
+        priority: u8,
+    },
+}
+
+impl Class {
+    /// The word for it in a scenario.
+    pub fn word(self) -> &'static str {
+        match self {
+            Class::Other => "other",
+            Class::Batch => "batch",
+            Class::Fifo { .. } => "fifo",
+            Class::Rr { .. } => "rr",
+        }
+    }
+
+    /// Its priority, if it is a real-time class.
+    pub fn priority(self) -> Option<u8> {
+        match self {
+            Class::Other | Class::Batch => None,
+            Class::Fifo { priority } | Class::Rr { priority } => Some(priority),
+        }
+    }
 }
 
 /// The radio between robots. Delay, loss and noise act where a pose is received.

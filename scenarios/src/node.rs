@@ -27,6 +27,7 @@ pub(crate) enum Value {
     Int(i128),
     Pair([f64; 2]),
     Pairs(Vec<[f64; 2]>),
+    Numbers(Vec<u16>),
     Node(Node),
     Nodes(Vec<Node>),
     Params(Block),
@@ -129,6 +130,13 @@ impl Node {
         match self.value(name) {
             Some(Value::Pairs(pairs)) => pairs.iter().map(|[x, y]| Point2::new(*x, *y)).collect(),
             _ => Vec::new(),
+        }
+    }
+
+    pub(crate) fn numbers(&self, name: &str) -> &[u16] {
+        match self.value(name) {
+            Some(Value::Numbers(numbers)) => numbers,
+            _ => &[],
         }
     }
 

@@ -8,6 +8,7 @@ use crate::model::*;
 use crate::node::{Node, Value};
 use crate::obstacles;
 use crate::problems::{Origin, Report};
+use crate::processes;
 use crate::robots::{Layers, Place};
 use crate::table::ROOT;
 use crate::timeline::{self, Stage};
@@ -51,6 +52,7 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         description: root.text("description").unwrap_or_default().to_string(),
         bounds,
         fleet: fleet(&section(root, "fleet"), &clock, &crew, report),
+        processes: processes::read(root, report),
         clock,
         radio,
         obstacles,

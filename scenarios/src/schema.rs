@@ -110,6 +110,10 @@ fn type_schema(ty: Type) -> Value {
         Type::Pair | Type::Interval => point(),
         Type::Joints(range) => json!({ "type": "array", "items": number(range), "minItems": 2, "maxItems": 2 }),
         Type::Pairs { min, max } => json!({ "type": "array", "items": point(), "minItems": min, "maxItems": max }),
+        Type::Numbers(max) => {
+            let number = json!({ "type": "integer", "minimum": 0, "maximum": max });
+            json!({ "type": "array", "items": number, "minItems": 1, "uniqueItems": true })
+        }
         Type::AllOrCount => json!({ "anyOf": [{ "const": "all" }, { "type": "integer", "minimum": 0 }] }),
         Type::Planner => json!({ "enum": METHODS.iter().map(|method| method.name).collect::<Vec<_>>() }),
         Type::Params => {
@@ -226,6 +230,7 @@ fn key_help(key: &Key) -> String {
         Type::Float(range) => text = format!("{text} {}", describe_range(range)),
         Type::Joints(range) => text = format!("{text}, each {}", describe_range(range)),
         Type::Int { min, max } => text = format!("{text} {min} to {max}"),
+        Type::Numbers(max) => text = format!("{text}, each 0 to {max}"),
         _ => {}
     }
     if !key.unit().is_empty() {

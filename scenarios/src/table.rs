@@ -5,7 +5,7 @@
 
 use crate::keys::Type::*;
 use crate::keys::{ANY, Key, LARGE, Preset, Range, Section, Type};
-use crate::model::{MAX_GOALS, MAX_ROBOTS, MAX_SHAPES, Radio};
+use crate::model::{CPU_MAX, MAX_GOALS, MAX_ROBOTS, MAX_SHAPES, Radio};
 
 /// Most entries of the timeline.
 const MAX_EVENTS: usize = 10_000;
@@ -26,6 +26,7 @@ pub(crate) static ROOT: Section = Section {
         optional("world", Table(&WORLD), "The edges of the world."),
         optional("clock", Table(&CLOCK), "How time passes."),
         optional("fleet", Table(&FLEET), "How the fleet is run."),
+        optional("processes", Table(&PROCESSES), "Which processors and which scheduling class its processes have."),
         optional("radio", Table(&RADIO), "Faults of the radio, from the start."),
         optional("defaults", Table(&DEFAULTS), "What holds for every robot that does not say otherwise."),
         optional("kinds", Table(&KINDS), "What holds for every robot of a kind; stronger than `defaults`."),
@@ -108,6 +109,37 @@ static FLEET: Section = Section {
         ),
     ]],
 };
+
+static PROCESSES: Section = Section {
+    title: "[processes]",
+    help: "Where the processes of the fleet run, and how they are scheduled. `single` has none and ignores it.",
+    tag: None,
+    groups: &[&[
+        optional("world", Table(&PROCESSES_WORLD), "The world's process."),
+        optional("agents", Table(&PROCESSES_AGENTS), "The process of every robot, late joiners and restarts too."),
+    ]],
+};
+
+static PROCESSES_WORLD: Section =
+    Section { title: "[processes.world]", help: "The world's process.", tag: None, groups: &[SCHEDULING] };
+static PROCESSES_AGENTS: Section =
+    Section { title: "[processes.agents]", help: "The process of every robot.", tag: None, groups: &[SCHEDULING] };
+
+const SCHEDULING: &[Key] = &[
+    computed("cpus", Numbers(CPU_MAX), "those that shoal itself may use", "Processors that it may use."),
+    computed(
+        "scheduling",
+        Choice(&["other", "batch", "fifo", "rr"]),
+        "that of shoal itself",
+        "Its scheduling class, see sched(7). The real-time classes, fifo and rr, need a permission.",
+    ),
+    computed(
+        "priority",
+        Int { min: 1, max: 99 },
+        "1",
+        "Its priority among real-time processes; only with fifo and rr.",
+    ),
+];
 
 static RADIO: Section = Section {
     title: "[radio]",

@@ -164,6 +164,9 @@ fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Valu
             }
             pairs(list, &path, report).map_or(Value::Wrong, Value::Pairs)
         }
+        (Type::Numbers(max), RawValue::List(list)) => {
+            numbers(list, max, &path, origin, report).map_or(Value::Wrong, Value::Numbers)
+        }
         (Type::Params, RawValue::Table(table)) => Value::Params(Block { path, fields: table.0 }),
         (Type::Methods, RawValue::Table(table)) => {
             let mut methods = Vec::new();
@@ -257,6 +260,31 @@ fn pairs(list: Vec<Raw>, path: &str, report: &mut Report) -> Option<Vec<[f64; 2]
     points
 }
 
+fn numbers(list: Vec<Raw>, max: u16, path: &str, origin: Origin, report: &mut Report) -> Option<Vec<u16>> {
+    if list.is_empty() {
+        report.add_hint(origin, path, "must have at least one number", "leave the key out for its default");
+        return None;
+    }
+    let count = list.len();
+    let mut numbers = Vec::new();
+    for (index, item) in list.into_iter().enumerate() {
+        let path = format!("{path}[{index}]");
+        match item.value {
+            RawValue::Int(number) => match u16::try_from(number).ok().filter(|number| *number <= max) {
+                Some(number) if numbers.contains(&number) => {
+                    report.add(item.origin, &path, format!("{number} is in the list already"));
+                }
+                Some(number) => numbers.push(number),
+                None => report.add(item.origin, &path, format!("must be 0 to {max}, is {number}")),
+            },
+            other => {
+                report.add(item.origin, &path, format!("expected a whole number, found {}", other.describe()));
+            }
+        }
+    }
+    (numbers.len() == count).then_some(numbers)
+}
+
 fn pair(list: Vec<Raw>, range: Range, path: &str, origin: Origin, report: &mut Report) -> Option<[f64; 2]> {
     let [x, y] = match <[Raw; 2]>::try_from(list) {
         Ok(pair) => pair,
@@ -327,6 +355,7 @@ pub(crate) fn describe_type(ty: Type) -> String {
         Type::Pair => "[x, y]".to_string(),
         Type::Joints(_) => "[first, second]".to_string(),
         Type::Pairs { .. } => "a list of points [[x, y], ...]".to_string(),
+        Type::Numbers(_) => "a list of whole numbers".to_string(),
         Type::Interval => "[low, high]".to_string(),
         Type::AllOrCount => "\"all\" or a whole number".to_string(),
         Type::Params => "a table of parameters".to_string(),

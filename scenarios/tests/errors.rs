@@ -119,6 +119,39 @@ fn values() {
 }
 
 #[test]
+fn processes() {
+    let with = |lines: &str| format!("[processes.agents]\n{lines}\n[clock]");
+    let rows: Vec<String> = [
+        "cpus = []",
+        "cpus = 0",
+        "cpus = [0, 1, 0]",
+        "cpus = [0, -1]",
+        "cpus = [1024]",
+        "cpus = [0, 0.5]",
+        "cpus = [\"0-3\"]",
+        "scheduling = \"realtime\"",
+        "scheduling = \"fif\"",
+        "scheduling = \"fifo\"\npriority = 0",
+        "scheduling = \"rr\"\npriority = 100",
+        "scheduling = \"batch\"\npriority = 5",
+        "priority = 5",
+        "scheduling = \"fife\"\npriority = 5",
+        "cpu = [0]",
+    ]
+    .into_iter()
+    .map(with)
+    .chain(["[processes]\ncpus = [0]\n[clock]", "[processes.daemon]\n[clock]"].map(str::to_owned))
+    .collect();
+    let mut result = String::new();
+    for row in &rows {
+        let text = GOOD.replacen("[clock]", row, 1);
+        let row = row.trim_end_matches("[clock]").trim_end().replace('\n', "\n# ");
+        writeln!(result, "# {row}\n{}\n", errors_of(&text, &Overrides::default())).unwrap();
+    }
+    assert_snapshot!(result);
+}
+
+#[test]
 fn places() {
     assert_snapshot!(table(&[
         ("start_m = [-4, 0]", "start_m = [4, 1.7]"),

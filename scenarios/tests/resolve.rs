@@ -28,6 +28,27 @@ fn presets() {
 }
 
 #[test]
+fn processes_of_the_world_and_of_the_agents() {
+    let check = |lines: &str, world: Scheduling, agents: Scheduling| {
+        assert_eq!(scenario(&format!("{lines}\n{}", alone(""))).processes, Processes { world, agents }, "{lines}");
+    };
+    let inherited = Scheduling::default;
+    let class = |class| Scheduling { class: Some(class), ..inherited() };
+    check("[processes]", inherited(), inherited());
+    check("[processes.world]\nscheduling = \"other\"", class(Class::Other), inherited());
+    check("[processes.agents]\nscheduling = \"fifo\"", inherited(), class(Class::Fifo { priority: 1 }));
+    check(
+        "[processes.agents]\ncpus = [3, 0]\nscheduling = \"batch\"\n[processes.world]\nscheduling = \"rr\"\npriority = 99",
+        class(Class::Rr { priority: 99 }),
+        Scheduling { cpus: vec![0, 3], class: Some(Class::Batch) },
+    );
+    let set = ["processes.agents.cpus=[1]", "processes.world.scheduling=fifo"].map(str::to_owned).to_vec();
+    let scenario = with(&alone(""), &Overrides { set, ..Overrides::default() });
+    assert_eq!(scenario.processes.agents.cpus, [1]);
+    assert_eq!(scenario.processes.world, class(Class::Fifo { priority: 1 }));
+}
+
+#[test]
 fn the_robot_is_stronger_than_its_kind_and_the_kind_than_the_defaults() {
     let scenario = scenario(
         r#"
