@@ -7,7 +7,7 @@
 //! progress, out   what people see meanwhile       coordinator  which process should run: pure
 //! exit            codes and failures              guardian     cleans after a killed daemon
 //! file, record    what people keep                picture      the same as SVG
-//! measured        from statistics to latencies
+//! measured        from statistics to latencies    scheduling   processors and classes of the processes
 //! ```
 
 pub mod cli;
@@ -23,6 +23,7 @@ pub mod progress;
 pub mod record;
 pub mod report;
 pub mod run;
+pub mod scheduling;
 pub mod signals;
 pub mod single;
 pub mod source;

@@ -2,11 +2,12 @@
 
 use crate::coordinator::Ending;
 use crate::exit::Failure;
+use crate::scheduling::schedule;
 use crate::supervisor::{Change, Who};
 use bus::Address;
 use protocol::Seat;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process, kill_process_group, waitid};
-use scenarios::Scenario;
+use scenarios::{Processes, Scenario};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
@@ -42,6 +43,7 @@ struct Child {
 pub struct Children {
     root: PathBuf,
     logs: PathBuf,
+    scheduling: Processes,
     /// The process group of the fleet: what agents of others start is in it as well.
     group: Option<Pid>,
     all: Vec<Child>,
@@ -50,10 +52,18 @@ pub struct Children {
 }
 
 impl Children {
-    /// Nobody yet.
-    pub fn new(address: &Address) -> Children {
+    /// Nobody yet; they will be scheduled like this.
+    pub fn new(address: &Address, scheduling: Processes) -> Children {
         let root = address.root().to_path_buf();
-        Children { logs: root.clone(), root, group: None, all: Vec::new(), alive: BTreeMap::new(), measuring: false }
+        Children {
+            logs: root.clone(),
+            root,
+            scheduling,
+            group: None,
+            all: Vec::new(),
+            alive: BTreeMap::new(),
+            measuring: false,
+        }
     }
 
     /// Starts the world; its process group is the fleet's.
@@ -90,6 +100,13 @@ impl Children {
         // The child asks the kernel to die with this process; it compares this number in case it is too late for that.
         command.arg("--parent").arg(std::process::id().to_string());
         command.process_group(self.group.map_or(0, Pid::as_raw_pid));
+        schedule(
+            &mut command,
+            match who {
+                Who::World => &self.scheduling.world,
+                Who::Agent(_) => &self.scheduling.agents,
+            },
+        );
         #[expect(clippy::disallowed_methods, reason = "what a process says goes to a file of the run")]
         let log = File::create(self.logs.join(format!("{name}.log")))?;
         command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);

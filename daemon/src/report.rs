@@ -392,6 +392,29 @@ pub struct ResourcesReport {
     pub shm_bytes: Option<u64>,
     /// Longest wait of an agent or the world for a processor, as a share of the wall time.
     pub run_queue_wait_max: Option<f64>,
+    /// Processors and scheduling classes that the scenario gave the processes; null if it gave none, and in `single`.
+    #[serde(default)]
+    pub scheduling: Option<SchedulingReport>,
+}
+
+/// Processors and scheduling classes of the processes of a fleet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SchedulingReport {
+    /// Of the world.
+    pub world: ProcessScheduling,
+    /// Of every agent.
+    pub agents: ProcessScheduling,
+}
+
+/// Processors and scheduling class of a process. What is null it has from whoever started shoal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProcessScheduling {
+    /// Processors that it might use.
+    pub cpus: Option<Vec<u16>>,
+    /// Its class: `other`, `batch`, `fifo` or `rr`.
+    pub class: Option<String>,
+    /// Its priority, if the class is a real-time one.
+    pub priority: Option<u8>,
 }
 
 /// Something that happened.

@@ -115,6 +115,7 @@ pub struct Supervisor {
 /// the run is interrupted twice.
 pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> Result<Finished, Failure> {
     crate::processes::check_executables(&scenario)?;
+    crate::scheduling::check(&scenario.processes)?;
     // First of all: whoever ends the run from here on finds somebody who cleans.
     let signals = Signals::install()
         .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
@@ -156,7 +157,7 @@ impl Supervisor {
         let node = Node::new(&address, "daemon")?;
         let services = Services::create(&node, sizes)?;
         Ok(Supervisor {
-            children: Children::new(&address),
+            children: Children::new(&address, scenario.processes.clone()),
             gate: Gate::create(&address, sizes.max_robots)?,
             orders: OrderSender::open(&node)?,
             notices: NoticeReceiver::open(&node)?,

@@ -75,6 +75,7 @@ fn rings(count: usize) -> Scenario {
             command_timeout_s: 1.0,
             start_limit_s: 1.0,
         },
+        processes: Processes::default(),
         radio: Radio::PERFECT,
         obstacles: vec![Obstacle { shape: disc, motion: Some(motion) }],
         template: robot(0),

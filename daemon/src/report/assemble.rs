@@ -1,10 +1,11 @@
 //! From what is known about a run to its report. Definitions of the fields: docs, "metrics".
 
 use super::{
-    EventReport, LatencyFacts, LatencyReport, OutcomeReport, ProcessFacts, Report, ResourcesReport, RobotReport,
-    RunFacts, SCHEMA, judge,
+    EventReport, LatencyFacts, LatencyReport, OutcomeReport, ProcessFacts, ProcessScheduling, Report, ResourcesReport,
+    RobotReport, RunFacts, SCHEMA, SchedulingReport, judge,
 };
 use protocol::world_to_daemon::RobotOutcome;
+use scenarios::{Class, Mode, Processes, Scheduling};
 use std::collections::BTreeMap;
 
 /// Makes the report.
@@ -128,7 +129,22 @@ fn resources_of(facts: &RunFacts) -> ResourcesReport {
         agent_pss_kib_max: shares.iter().copied().max(),
         shm_bytes: facts.shm_bytes,
         run_queue_wait_max: max(waits.map(|wait_s| wait_s / facts.wall_time_s)).filter(|share| share.is_finite()),
+        scheduling: scheduling_of(facts),
     }
+}
+
+/// A process that cannot be scheduled as the scenario says does not start: so what it says is what was.
+fn scheduling_of(facts: &RunFacts) -> Option<SchedulingReport> {
+    let scenario = &facts.scenario;
+    if scenario.clock.mode == Mode::Single || scenario.processes == Processes::default() {
+        return None;
+    }
+    let of = |scheduling: &Scheduling| ProcessScheduling {
+        cpus: Some(scheduling.cpus.clone()).filter(|cpus| !cpus.is_empty()),
+        class: scheduling.class.map(|class| class.word().to_owned()),
+        priority: scheduling.class.and_then(Class::priority),
+    };
+    Some(SchedulingReport { world: of(&scenario.processes.world), agents: of(&scenario.processes.agents) })
 }
 
 fn events_of(facts: &RunFacts) -> Vec<EventReport> {

@@ -6,7 +6,9 @@ use super::*;
 use bus::Cause;
 use planners::{Kind, Limits, ParamValues};
 use protocol::world_to_daemon::{Event, RobotOutcome};
-use scenarios::{Bounds, Clock, Expect, Fleet, Radio, Restart, Robot, Stop, StragglerPolicy};
+use scenarios::{
+    Bounds, Class, Clock, Expect, Fleet, Processes, Radio, Restart, Robot, Scheduling, Stop, StragglerPolicy,
+};
 
 fn robot(slot: usize) -> Robot {
     Robot {
@@ -50,6 +52,7 @@ fn scenario(robots: usize, mode: Mode) -> Scenario {
             command_timeout_s: 0.25,
             start_limit_s: 10.0,
         },
+        processes: Processes::default(),
         radio: Radio::PERFECT,
         obstacles: Vec::new(),
         robots: (0..robots).map(robot).collect(),
@@ -241,6 +244,25 @@ fn whoever_delayed_most_is_named_first() {
 fn json_for_programs() {
     insta::assert_json_snapshot!("json_realtime", assemble(realtime(2)));
     insta::assert_json_snapshot!("json_single", assemble(single()));
+}
+
+#[test]
+fn processors_and_classes_are_told_where_there_are_processes() {
+    let scheduled = |mut facts: RunFacts| {
+        facts.scenario.processes = Processes {
+            world: Scheduling { cpus: vec![0], class: Some(Class::Fifo { priority: 20 }) },
+            agents: Scheduling { cpus: vec![0, 1, 3], class: None },
+        };
+        assemble(facts)
+    };
+    let report = scheduled(lockstep());
+    let told = serde_json::to_value(&report.resources.scheduling).unwrap();
+    assert_eq!(told["world"], serde_json::json!({ "cpus": [0], "class": "fifo", "priority": 20 }));
+    assert_eq!(told["agents"], serde_json::json!({ "cpus": [0, 1, 3], "class": null, "priority": null }));
+    let text = render(&report, Style { width: 80, color: false });
+    assert!(text.contains("on processor 0, as fifo 20") && text.contains("on processors 0-1,3"), "{text}");
+    assert_eq!(scheduled(single()).resources.scheduling, None);
+    assert_eq!(assemble(lockstep()).resources.scheduling, None);
 }
 
 #[test]

@@ -3,8 +3,10 @@
 pub use super::layout::Style;
 
 use super::layout::{Column, Page, table};
-use super::{Blame, LatencyReport, Percentiles, Report, RobotReport, Verdict, judge::plural};
-use crate::exit;
+use super::{
+    Blame, LatencyReport, Percentiles, ProcessScheduling, Report, RobotReport, SchedulingReport, Verdict, judge::plural,
+};
+use crate::{exit, scheduling};
 use bus::Cause;
 use scenarios::Mode;
 
@@ -272,6 +274,10 @@ fn resources(page: &mut Page, report: &Report) {
     if let Some(bytes) = resources.shm_bytes {
         rows.push(("shared memory", bytes_text(bytes)));
     }
+    if let Some(SchedulingReport { world, agents }) = &resources.scheduling {
+        rows.push(("world runs", scheduling_words(world)));
+        rows.push(("agents run", scheduling_words(agents)));
+    }
     if rows.is_empty() {
         return;
     }
@@ -280,6 +286,19 @@ fn resources(page: &mut Page, report: &Report) {
     for (label, value) in rows {
         page.row(label, &value);
     }
+}
+
+/// `on processors 0-1, as fifo 10`.
+fn scheduling_words(of: &ProcessScheduling) -> String {
+    let mut parts = Vec::new();
+    if let Some(cpus) = &of.cpus {
+        parts.push(format!("on processor{} {}", plural(cpus.len() as u64), scheduling::list(cpus)));
+    }
+    if let Some(class) = &of.class {
+        let priority = of.priority.map_or_else(String::new, |priority| format!(" {priority}"));
+        parts.push(format!("as {class}{priority}"));
+    }
+    if parts.is_empty() { "as shoal was started".to_owned() } else { parts.join(", ") }
 }
 
 /// Arrivals and contacts are in the outcome, and at the start everybody joins.

@@ -54,6 +54,7 @@ pub(crate) fn scenario(robots: Vec<Robot>) -> Scenario {
             command_timeout_s: 0.5,
             start_limit_s: 5.0,
         },
+        processes: Processes::default(),
         radio: Radio::PERFECT,
         obstacles: Vec::new(),
         template: robot(0, [0.0, 0.0], [0.0, 0.0]),
