@@ -12,6 +12,9 @@ use std::io;
 use std::os::unix::process::CommandExt;
 use std::process::Command;
 
+/// Linux has no higher one.
+const PRIORITY_MAX: u64 = 99;
+
 /// What is asked of the kernel.
 #[derive(Clone, Copy)]
 struct Wish {
@@ -81,6 +84,16 @@ pub fn check(processes: &Processes) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// The highest priority of a real-time class that a process may have here.
+///
+/// # Errors
+/// When it may have none.
+pub(crate) fn real_time_priority_max() -> io::Result<u64> {
+    try_out(Wish { cpus: None, class: Some(Class::Fifo { priority: 1 }) })?;
+    let Permission { privileged, priority_max } = Permission::of_this_process();
+    Ok(if privileged { PRIORITY_MAX } else { priority_max.min(PRIORITY_MAX) })
 }
 
 /// Grants a wish to a thread that ends.
@@ -156,15 +169,15 @@ fn check_cpus(whose: &str, wanted: &[u16], mine: &[u16], online: Option<&[u16]>)
 
 /// What decides whether a process may have a real-time class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Permission {
+struct Permission {
     /// It may do so without a limit: CAP_SYS_NICE.
-    pub(crate) privileged: bool,
+    privileged: bool,
     /// Highest priority that it may take (`RLIMIT_RTPRIO`).
-    pub(crate) priority_max: u64,
+    priority_max: u64,
 }
 
 impl Permission {
-    pub(crate) fn of_this_process() -> Permission {
+    fn of_this_process() -> Permission {
         Permission {
             privileged: capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::SYS_NICE)),
             priority_max: getrlimit(Resource::Rtprio).current.unwrap_or(u64::MAX),

@@ -13,5 +13,6 @@ mod latency;
 mod lies;
 mod operators;
 mod processes;
+mod scheduling;
 mod support;
 mod timeline;

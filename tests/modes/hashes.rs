@@ -48,6 +48,29 @@ fn with_everything_that_the_timeline_can_do() {
     }
 }
 
+/// Where processes run, and which of them goes first, changes nothing that comes out.
+#[test]
+fn with_processors_and_classes_from_the_scenario() {
+    let mine = rustix::thread::sched_getaffinity(None).expect("it can be asked for");
+    let cpu = (0..1024).find(|cpu| mine.is_set(*cpu)).expect("there is one");
+    let check = |settings: &str| {
+        let run = |mode| report(&format!("demo-15 --mode {mode} {settings}"));
+        let (single, lockstep) = (run("single"), run("lockstep"));
+        assert_eq!(single["trajectory_hash"], lockstep["trajectory_hash"], "{settings}");
+        assert_eq!(deterministic(&single), deterministic(&lockstep), "{settings}");
+        assert_eq!(single["resources"]["scheduling"], serde_json::Value::Null, "{settings}");
+        single["trajectory_hash"].clone()
+    };
+    let set = |settings: &[String]| settings.iter().map(|setting| format!(" --set {setting}")).collect::<String>();
+    let one = format!("cpus=[{cpu}]");
+    let hashes = [
+        check(""),
+        check(&set(&["processes.agents.scheduling=batch".to_owned()])),
+        check(&set(&[format!("processes.agents.{one}"), format!("processes.world.{one}")])),
+    ];
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+}
+
 const TIMELINE: &str = r#"
     [clock]
     duration_s = 40

@@ -2,6 +2,7 @@
 
 use super::{Check, Machine, State};
 use crate::report::text::bytes_text;
+use crate::scheduling;
 use bus::Sizes;
 
 /// Fleets that a machine is measured by: the demo, a large one, a very large one.
@@ -55,6 +56,7 @@ pub fn assess(machine: &Machine) -> Vec<Check> {
         ),
     ];
     checks.push(cores(machine));
+    checks.push(real_time(machine));
     checks.push(works("pidfd", &machine.pidfd, State::Fail, "a kernel of 5.4 or later is needed", &machine.kernel));
     checks.push(works("futex", &machine.futex, State::Fail, "is the call filtered (seccomp)?", &machine.kernel));
     let hint = "wake-ups come up to 50 us late; is the call filtered (seccomp)?";
@@ -126,8 +128,20 @@ fn cores(machine: &Machine) -> Check {
             detail: "1".to_owned(),
             hint: Some("`realtime` may be starved: watch the verdict, or use `--mode lockstep`".to_owned()),
         },
-        n => pass("processors", n.to_string()),
+        n if machine.cpus.is_empty() => pass("processors", n.to_string()),
+        n => pass("processors", format!("{n} (of the numbers {})", scheduling::list(&machine.cpus))),
     }
+}
+
+/// Nothing needs them unless a scenario asks for them: where they are not permitted, nothing is wrong.
+fn real_time(machine: &Machine) -> Check {
+    let detail = match &machine.real_time {
+        Ok(priority) => format!("fifo and rr are permitted, up to priority {priority}"),
+        Err(cause) => {
+            format!("fifo and rr are not permitted ({cause}); only `[processes]` of a scenario asks for them")
+        }
+    };
+    pass("real-time classes", detail)
 }
 
 fn clock_source(machine: &Machine) -> Check {
@@ -190,6 +204,8 @@ mod tests {
             processes_left: Some(30_000),
             memory_available: Some(16 << 30),
             cores: 8,
+            cpus: (0..8).collect(),
+            real_time: Ok(99),
             schedstat: true,
             kernel: "6.1.0".into(),
             pidfd: Ok(()),
@@ -223,6 +239,8 @@ mod tests {
         check(|machine| machine.processes_left = Some(100), "processes", State::Warn);
         check(|machine| machine.memory_available = Some(1 << 20), "memory", State::Fail);
         check(|machine| machine.cores = 1, "processors", State::Warn);
+        check(|machine| machine.cpus.clear(), "processors", State::Pass);
+        check(|machine| machine.real_time = Err("no".into()), "real-time classes", State::Pass);
         check(|machine| machine.pidfd = Err("no".into()), "pidfd", State::Fail);
         check(|machine| machine.futex = Err("no".into()), "futex", State::Fail);
         check(|machine| machine.timer_slack = Err("no".into()), "timer slack", State::Warn);

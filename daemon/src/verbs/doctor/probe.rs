@@ -1,6 +1,7 @@
 //! What a fleet needs to know of the machine, read and tried out.
 #![expect(clippy::disallowed_methods, reason = "the doctor looks at the machine")]
 
+use crate::scheduling;
 use bus::Address;
 use bus::clean::{list_fleets, sweep};
 use rustix::process::{PidfdFlags, Resource, getpid, getrlimit, pidfd_open};
@@ -27,6 +28,10 @@ pub struct Machine {
     pub memory_available: Option<u64>,
     /// Processors that this process may use.
     pub cores: usize,
+    /// Their numbers, ascending; empty where they are not shown.
+    pub cpus: Vec<u16>,
+    /// The highest priority of a real-time class that a process may have.
+    pub real_time: Result<u64, String>,
     /// Whether `/proc/self/schedstat` says how long a process waited.
     pub schedstat: bool,
     /// Kernel release.
@@ -61,6 +66,8 @@ pub fn probe() -> Machine {
         processes_left: processes_left(),
         memory_available: memory_available(),
         cores: std::thread::available_parallelism().map_or(1, usize::from),
+        cpus: scheduling::processors_of_this_process().unwrap_or_default(),
+        real_time: scheduling::real_time_priority_max().map_err(|error| error.to_string()),
         schedstat: schedstat(),
         kernel: rustix::system::uname().release().to_string_lossy().into_owned(),
         pidfd: pidfd_open(getpid(), PidfdFlags::empty()).map(drop).map_err(said),
