@@ -236,10 +236,13 @@ fn realtime(
             if odometry.has(Odometry::FLAG_PRESENT) {
                 expected = true;
                 step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, stopwatch, adjust);
-                record_ages(&agent, ports, stopwatch.begun_ns.load(Relaxed));
                 work_ns = stopwatch.plan_ns();
-                ports.stats.record(Metric::Plan, work_ns);
-                ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
+                // After the last tick nobody has anything new to say: what was said last only gets older.
+                if !ports.gate.over() {
+                    record_ages(&agent, ports, stopwatch.begun_ns.load(Relaxed));
+                    ports.stats.record(Metric::Plan, work_ns);
+                    ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
+                }
             }
             ports.gate.note_alive(seat);
         }

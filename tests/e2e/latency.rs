@@ -1,7 +1,8 @@
 //! What a fleet costs and how late it is: whose fault that was, seen by whoever looks, at no cost to the agents.
 
-use crate::support::{Fleet, Run, assert_clean, example, lanes, run, shoal, signal, wait_for};
-use bus::{Address, Counter, FrameSubscriber, Node, StatsSnapshot, clock, stats};
+use crate::support::{Fleet, Run, assert_clean, example, is_gone, lanes, run, shoal, signal, stop, wait_for};
+use bus::{Address, Counter, FrameSubscriber, Metric, Node, StatsSnapshot, clock, stats};
+use protocol::Seat;
 use rustix::process::Signal;
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use serde_json::Value;
@@ -62,6 +63,32 @@ fn a_robot_that_the_timeline_stops_is_not_late() {
     // Stopped for 200 ticks, give or take what the machine needs for it.
     assert!(ticks > 200 && stopped + 100 < ticks && always > stopped, "{always} and {stopped} of {ticks}\n{ended}");
     ended.event("resumed", "b");
+}
+
+#[test]
+fn after_the_last_tick_nothing_is_measured() {
+    let run = Run::scenario(&lanes(2, 1.0)).mode("realtime").set("fleet.command_timeout_s=30");
+    let mut fleet = run.set("clock.stop=duration").set("clock.duration_s=1").start();
+    fleet.wait_tick(5);
+    let (address, gate, world) = (fleet.address(), fleet.gate(), fleet.process("world"));
+    // The agents go on until the daemon tells them that the run is over.
+    stop(fleet.daemon());
+    wait_for("the world to end", || is_gone(world).then_some(()));
+    let seat = Seat { slot: 0, incarnation: 0 };
+    let periods = |n: u64| {
+        let begun = gate.signs(seat);
+        wait_for("the agents to go on", || (gate.signs(seat) >= begun + n).then_some(()));
+    };
+    let measured = || {
+        let snapshot = snapshot(&address, 0);
+        [Metric::PoseAge, Metric::Plan, Metric::Step].map(|metric| snapshot.percentiles(metric).unwrap().n)
+    };
+    periods(2);
+    let at_the_end = measured();
+    periods(10);
+    assert_eq!(measured(), at_the_end);
+    signal(fleet.daemon(), Signal::CONT);
+    fleet.wait();
 }
 
 /// How often a bare timer with this period is later than a fifth of it, in how many periods.
