@@ -112,7 +112,8 @@ fn starved_words(mode: Mode, blame: Option<Blame>) -> (&'static str, &'static st
         ),
         (Mode::Realtime, _) => (
             "the machine, not the method, shaped this result",
-            "fewer robots, a lower clock.tick_hz, a quieter machine, or `--mode lockstep`",
+            "fewer robots, a lower clock.tick_hz, a quieter machine, a real-time class (`[processes]` of a scenario), or \
+             `--mode lockstep`",
         ),
         _ => (
             "the machine, not the method, shaped this result",
