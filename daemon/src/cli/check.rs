@@ -1,0 +1,63 @@
+//! What can be asked without a run: `validate`, `schema`, `planners`, `doctor`, `clean`.
+
+use super::Format;
+use clap::Args;
+use std::ffi::OsString;
+
+/// `shoal validate`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal validate my.toml           every problem at once, with line numbers
+  shoal validate scenarios/*.toml
+  shoal validate                   the catalog that ships with shoal")]
+pub struct ValidateArgs {
+    /// Scenario files or names from the catalog; none is the whole catalog
+    #[arg(value_name = "FILE")]
+    pub scenarios: Vec<OsString>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal schema`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  shoal schema > shoal.schema.json          and point your editor at it")]
+pub struct SchemaArgs {
+    /// How to print; a schema is JSON either way
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal planners`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal planners       one line per method
+  shoal planners apf   its parameters: units, defaults, ranges, meaning")]
+pub struct PlannersArgs {
+    /// Explain this one
+    #[arg(value_name = "NAME")]
+    pub name: Option<String>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal doctor`.
+#[derive(Debug, Args)]
+pub struct DoctorArgs {
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal clean`.
+#[derive(Debug, Args)]
+pub struct CleanArgs {
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}

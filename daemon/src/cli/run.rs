@@ -1,0 +1,136 @@
+//! Runs of a scenario: `run`, and what is made of them: `plot`, `reproduce`.
+
+use super::values::parse_duration;
+use super::{DEFAULT_SCENARIO, Format};
+use clap::{Args, ValueEnum};
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// `shoal run`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal run                            the demo: 15 robots, each a process
+  shoal run demo-15 --mode single      in one thread, as fast as it goes
+  shoal run ring-15 --robots 8 --seed 7 --duration 30s
+  shoal run my.toml --set clock.tick_hz=100 --set radio.drop=0.1
+  shoal run my.toml --format json > report.json
+
+SCENARIO is a file if it has a `/`, ends in .toml, or is a file that exists
+here; else it is a name from the catalog (`shoal validate` lists them).
+
+The report goes to standard output, progress to standard error. The first Ctrl-C
+ends the run and reports what there is, the second ends it at once.")]
+pub struct RunArgs {
+    /// A scenario file, or a name from the catalog
+    #[arg(value_name = "SCENARIO", default_value = DEFAULT_SCENARIO)]
+    pub scenario: OsString,
+    /// How time passes; without it, as the scenario says
+    #[arg(long, value_name = "MODE")]
+    pub mode: Option<ModeArg>,
+    /// The method for every robot; `shoal planners` lists them
+    #[arg(long, value_name = "NAME")]
+    pub planner: Option<String>,
+    /// So many robots, for scenarios with a layout
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub robots: Option<usize>,
+    /// Seed of everything random
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+    /// End after this much simulated time: 60s, 1.5m, 500ms, or seconds
+    #[arg(long, value_name = "TIME", value_parser = parse_duration, allow_hyphen_values = true)]
+    pub duration: Option<f64>,
+    /// The safety filter between method and robot
+    #[arg(long, value_name = "FILTER", default_value = "none")]
+    pub filter: FilterArg,
+    /// Set any key of the scenario, as in clock.tick_hz=100; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Write the report to this file as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Record every tick in this file, for `shoal plot`
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// How to print the report on standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// How the processes keep time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModeArg {
+    /// Everything in one thread: fast, reproducible
+    Single,
+    /// One process per robot, tick by tick: reproducible
+    Lockstep,
+    /// One process per robot, each on its own timer: as it would drive
+    Realtime,
+}
+
+impl From<ModeArg> for scenarios::Mode {
+    fn from(mode: ModeArg) -> scenarios::Mode {
+        match mode {
+            ModeArg::Single => scenarios::Mode::Single,
+            ModeArg::Lockstep => scenarios::Mode::Lockstep,
+            ModeArg::Realtime => scenarios::Mode::Realtime,
+        }
+    }
+}
+
+/// The safety filter between a method and its robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FilterArg {
+    /// Commands go out as planned
+    None,
+    /// No robot takes more than half of the gap (not built yet)
+    #[value(hide = true)]
+    HalfGap,
+}
+
+/// `shoal plot`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal run ring-15 --mode single --record ring.rec
+  shoal plot ring.rec                  draws ring.svg
+  shoal plot ring.rec --out - | less   on standard output
+  shoal plot out.json                  the record that a report names
+
+It prints the name of the picture.")]
+pub struct PlotArgs {
+    /// What `shoal run --record` wrote, or the report of such a run
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Where to draw; without it, beside the record. `-` is standard output
+    #[arg(long, value_name = "FILE.svg")]
+    pub out: Option<PathBuf>,
+}
+
+/// `shoal reproduce`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal reproduce                      every paper
+  shoal reproduce rpoa                 one of them
+  shoal reproduce amr-apf --runs 11    its fleets from eleven starts
+  shoal reproduce --out figures        the figures too, as CSV and SVG
+
+A row holds when ours is within the tolerance of the oracle, the reference
+implementation of the paper's specification, or of the paper. Exit code 0: all
+rows hold. 1: some do not; what is known of the reason is in their notes.
+130: interrupted, after the rows that there are.")]
+pub struct ReproduceArgs {
+    /// Only this paper
+    #[arg(value_name = "PAPER")]
+    pub paper: Option<String>,
+    /// Starts of each fleet that runs as real processes; 0 runs none of them
+    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true)]
+    pub runs: u32,
+    /// Write the figures into this directory, as CSV and SVG
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}

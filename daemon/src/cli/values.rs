@@ -1,0 +1,44 @@
+//! Values as people write them.
+
+/// A time as people write it, in seconds: `60s`, `1.5m`, `500ms`, `2h`, or a plain number of seconds.
+pub fn parse_duration(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit_s = match &text[digits.len()..] {
+        "" | "s" | "sec" => 1.0,
+        "ms" => 1e-3,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        unit => return Err(format!("unknown unit `{unit}`; write 60s, 1.5m, 500ms, or seconds")),
+    };
+    match digits.trim_end().parse::<f64>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number * unit_s),
+        Ok(_) => Err("a duration is more than zero".to_string()),
+        Err(_) => Err("not a time; write 60s, 1.5m, 500ms, or seconds".to_string()),
+    }
+}
+
+/// How many robots a bench is to have: one less than a fleet can hold, because one more joins.
+pub(super) fn parse_robots(text: &str) -> Result<usize, String> {
+    let most = scenarios::MAX_ROBOTS - 1;
+    match text.trim().parse() {
+        Ok(robots) if (1..=most).contains(&robots) => Ok(robots),
+        _ => Err(format!("`{text}` is not a number of robots; write sizes from 1 to {most}, as in 15,64,200")),
+    }
+}
+
+/// A point as people write it: `X,Y`, m.
+pub fn parse_point(text: &str) -> Result<[f64; 2], String> {
+    let Some((x, y)) = text.split_once(',') else {
+        return Err("not a point; write X,Y in metres, as in 4,-2.5".to_string());
+    };
+    Ok([parse_number(x)?, parse_number(y)?])
+}
+
+pub(super) fn parse_number(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(format!("`{text}` is not a number")),
+    }
+}
