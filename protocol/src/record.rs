@@ -435,7 +435,7 @@ mod tests {
             bytes[at] ^= 4;
             bytes
         };
-        check(&changed(8), "version 5");
+        check(&changed(8), &format!("version {}", VERSION ^ 4));
         for at in [12, 40, whole.len() / 2, whole.len() - 9] {
             check(&changed(at), "damaged");
         }
