@@ -1,0 +1,83 @@
+//! The whole core of an agent: one `Agent::step`, from what boards hold to what is written.
+
+use crate::route::{Cell, MEASURED, Route, Step, WARM_UP};
+use divan::Bencher;
+use protocol::Seat;
+use protocol::daemon_to_robot::AgentSpec;
+use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
+use robot_agent::agent::{Agent, AgentInputs, Time};
+use scenarios::Overrides;
+use std::hint::black_box;
+
+/// Rows are named `method neighbours+obstacles`.
+#[divan::bench(
+    args = Cell::all(|method| ["straight", "decentralized-apf"].contains(&method.name)),
+    sample_size = 16,
+    sample_count = MEASURED as u32 / 16
+)]
+fn step(bencher: Bencher<'_, '_>, cell: &Cell) {
+    let route = Route::new(cell);
+    let text = format!(
+        "[clock]\nmode = \"lockstep\"\n[layout]\nkind = \"circle-swap\"\nrobots = 2\nradius_m = 5\n\
+         [defaults]\nplanner = \"{}\"",
+        cell.method.name
+    );
+    let scenario = scenarios::parse("micro", &text, &Overrides::default()).unwrap();
+    let seat = Seat { slot: 0, incarnation: 0 };
+    let mut agent = Agent::new(AgentSpec::new(&scenario, &scenario.robots[0], seat)).unwrap();
+    let pieces: Vec<Piece> = route.obstacles.iter().map(piece).collect();
+    let told: Vec<_> =
+        (0..).zip(&route.steps).map(|(tick, step)| (odometry(&route, tick, step), heard(tick, step))).collect();
+    let mut run = |tick: usize| {
+        let (odometry, heard) = black_box(&told[tick]);
+        agent.step(&AgentInputs { odometry, heard, pieces: &pieces, time: Time::Ticks })
+    };
+    (0..WARM_UP).for_each(|tick| _ = run(tick));
+    let mut ticks = (WARM_UP..WARM_UP + MEASURED).cycle();
+    bencher.with_inputs(|| ticks.next().expect("it goes round")).bench_local_values(run);
+}
+
+fn piece(obstacle: &planners::Obstacle) -> Piece {
+    let planners::Capsule { a, b, radius } = obstacle.shape;
+    let (ax_m, ay_m, bx_m, by_m) = (a.x, a.y, b.x, b.y);
+    Piece { ax_m, ay_m, bx_m, by_m, radius_m: radius, obstacle: obstacle.id, ..Piece::default() }
+}
+
+fn odometry(route: &Route, tick: u64, step: &Step) -> Odometry {
+    Odometry {
+        tick,
+        x_m: step.position.x,
+        y_m: step.position.y,
+        yaw_rad: step.yaw_rad,
+        vx_mps: step.velocity.x,
+        vy_mps: step.velocity.y,
+        goal_x_m: route.goal.x,
+        goal_y_m: route.goal.y,
+        goals_left: 1,
+        flags: Odometry::FLAG_PRESENT,
+        ..Odometry::default()
+    }
+}
+
+/// What the boards of the neighbours give: their poses of the tick before.
+fn heard(tick: u64, step: &Step) -> Vec<(NeighborRef, PosePair)> {
+    let spoken = |neighbor: &planners::Neighbor| {
+        let arrived = if neighbor.arrived { SharedPose::FLAG_ARRIVED } else { 0 };
+        let newest = SharedPose {
+            tick: tick.saturating_sub(1),
+            x_m: neighbor.position.x,
+            y_m: neighbor.position.y,
+            yaw_rad: neighbor.yaw_rad,
+            vx_mps: neighbor.velocity.x,
+            vy_mps: neighbor.velocity.y,
+            radius_m: neighbor.radius_m,
+            remaining_m: neighbor.remaining_m,
+            flags: SharedPose::FLAG_SPOKEN | arrived,
+            ..SharedPose::default()
+        };
+        let who = NeighborRef { slot: neighbor.id, incarnation: 0 };
+        (who, PosePair { newest, previous: SharedPose::default() })
+    };
+    step.neighbors.iter().map(spoken).collect()
+}

@@ -1,0 +1,159 @@
+//! Boards: what it takes to read the poses of so many robots, and the odometry. *Warm* is reading again what nobody has
+//! written since. *Cold* is nearer to how a robot finds them: another processor has written everything anew, and this one
+//! has done other work and slept since.
+
+use crate::home::{Home, Other, Period};
+use bus::{Node, RobotReader, RobotWriter, Services, Sizes, WorldReader, WorldWriter};
+use divan::Bencher;
+use protocol::Seat;
+use protocol::robot_to_robot::SharedPose;
+use protocol::world_to_robot::Odometry;
+use std::hint::black_box;
+
+const BOARDS: [u32; 3] = [1, 16, 64];
+
+fn seat(slot: u32) -> Seat {
+    Seat { slot, incarnation: 0 }
+}
+
+fn pose(slot: u32, tick: u64) -> SharedPose {
+    let (slot, time_s) = (f64::from(slot), tick as f64 * 0.02);
+    SharedPose {
+        tick,
+        stamp_ns: 20_000_000 * tick + 1,
+        x_m: slot + time_s.cos(),
+        y_m: 0.5 * slot + time_s.sin(),
+        yaw_rad: time_s,
+        vx_mps: -time_s.sin(),
+        vy_mps: time_s.cos(),
+        radius_m: 0.2,
+        remaining_m: 9.0,
+        flags: SharedPose::FLAG_SPOKEN,
+        ..SharedPose::default()
+    }
+}
+
+/// Robots whose boards another thread writes, and the readers of them here.
+struct Robots {
+    readers: Vec<RobotReader>,
+    writer: Other,
+    tick: u64,
+    period: Period,
+    _home: Home,
+}
+
+impl Robots {
+    fn new(count: u32) -> Robots {
+        let home = Home::new();
+        let address = home.address.clone();
+        let writer = Other::new(move || {
+            let node = Node::new(&address, "writer").unwrap();
+            let sizes = Sizes { max_robots: count, shape_pieces: 0 };
+            let boards = (0..count).map(|slot| RobotWriter::create(&node, seat(slot), sizes));
+            let mut boards: Vec<RobotWriter> = boards.collect::<Result<_, _>>().unwrap();
+            move |tick| boards.iter_mut().zip(0..).for_each(|(board, slot)| board.pose(pose(slot, tick)))
+        });
+        let node = home.node("reader");
+        let readers = (0..count).map(|slot| RobotReader::open(&node, seat(slot)));
+        let readers = readers.collect::<Result<_, _>>().unwrap();
+        let mut robots = Robots { readers, writer, tick: 0, period: Period::new(), _home: home };
+        robots.speak();
+        robots.speak();
+        robots
+    }
+
+    /// Everybody tells a pose.
+    fn speak(&mut self) {
+        self.tick += 1;
+        self.writer.work(self.tick);
+    }
+
+    /// Everybody tells a pose, and this processor forgets.
+    fn turn_cold(&mut self) {
+        self.speak();
+        self.period.pass();
+    }
+
+    fn newest(&mut self) {
+        self.readers.iter_mut().for_each(|reader| _ = black_box(reader.pose()));
+    }
+
+    fn before_this_tick(&mut self) {
+        let tick = self.tick + 1;
+        self.readers.iter_mut().for_each(|reader| _ = black_box(reader.pose_before(tick)));
+    }
+}
+
+/// The newest poses, as in `realtime`.
+#[divan::bench(args = BOARDS)]
+fn pose_warm(bencher: Bencher<'_, '_>, boards: u32) {
+    let mut robots = Robots::new(boards);
+    bencher.bench_local(|| robots.newest());
+}
+
+#[divan::bench(args = BOARDS, sample_size = 1, sample_count = 300)]
+fn pose_cold(bencher: Bencher<'_, '_>, boards: u32) {
+    let robots = std::cell::RefCell::new(Robots::new(boards));
+    bencher.with_inputs(|| robots.borrow_mut().turn_cold()).bench_local_values(|()| robots.borrow_mut().newest());
+}
+
+/// The poses of the tick before, as in `lockstep`.
+#[divan::bench(args = BOARDS, sample_size = 1, sample_count = 300)]
+fn pose_before_cold(bencher: Bencher<'_, '_>, boards: u32) {
+    let robots = std::cell::RefCell::new(Robots::new(boards));
+    let cold = || robots.borrow_mut().turn_cold();
+    bencher.with_inputs(cold).bench_local_values(|()| robots.borrow_mut().before_this_tick());
+}
+
+/// One robot's odometry on the board of a world of so many.
+struct World {
+    reader: WorldReader,
+    writer: Other,
+    tick: u64,
+    period: Period,
+    _services: Services,
+    _home: Home,
+}
+
+impl World {
+    fn new(count: u32) -> World {
+        let home = Home::new();
+        let node = home.node("daemon");
+        let sizes = Sizes { max_robots: count, shape_pieces: 0 };
+        let services = Services::create(&node, sizes).unwrap();
+        let address = home.address.clone();
+        let writer = Other::new(move || {
+            let node = Node::new(&address, "world").unwrap();
+            let mut board = WorldWriter::open(&node, sizes).unwrap();
+            move |tick| (0..count).for_each(|slot| board.odometry(slot, odometry(slot, tick)))
+        });
+        let reader = WorldReader::open(&home.node("agent"), count / 2).unwrap();
+        let mut world = World { reader, writer, tick: 0, period: Period::new(), _services: services, _home: home };
+        world.turn_cold();
+        world
+    }
+
+    fn turn_cold(&mut self) {
+        self.tick += 1;
+        self.writer.work(self.tick);
+        self.period.pass();
+    }
+}
+
+fn odometry(slot: u32, tick: u64) -> Odometry {
+    let SharedPose { stamp_ns, x_m, y_m, yaw_rad, vx_mps, vy_mps, .. } = pose(slot, tick);
+    let (goal_x_m, goal_y_m, flags) = (9.0, -9.0, Odometry::FLAG_PRESENT);
+    Odometry { tick, stamp_ns, x_m, y_m, yaw_rad, vx_mps, vy_mps, goal_x_m, goal_y_m, flags, ..Odometry::default() }
+}
+
+#[divan::bench(args = BOARDS)]
+fn odometry_warm(bencher: Bencher<'_, '_>, robots: u32) {
+    let world = World::new(robots);
+    bencher.bench_local(|| world.reader.odometry());
+}
+
+#[divan::bench(args = BOARDS, sample_size = 1, sample_count = 300)]
+fn odometry_cold(bencher: Bencher<'_, '_>, robots: u32) {
+    let world = std::cell::RefCell::new(World::new(robots));
+    bencher.with_inputs(|| world.borrow_mut().turn_cold()).bench_local_values(|()| world.borrow().reader.odometry());
+}

@@ -1,0 +1,73 @@
+//! The core of the world, with so many robots on a lattice that sway: who hears and sees whom (`open`: grid and
+//! ranges), and how they move and touch (`close`: kinematics, swept contacts, the referee).
+
+use divan::Bencher;
+use nalgebra::Vector2;
+use planners::Drive;
+use scenarios::Overrides;
+use std::cell::RefCell;
+use world_sim::World;
+
+const BODIES: [usize; 4] = [15, 64, 200, 1000];
+/// Of the lattice.
+const SPACING_M: f64 = 2.0;
+/// Twelve neighbours at most, some of which come and go.
+const RADIO_M: f64 = 2.1 * SPACING_M;
+const TICK_HZ: f64 = 50.0;
+
+fn lattice(bodies: usize) -> World {
+    let mut text = format!(
+        "[world]\nx_m = [-1e3, 1e3]\ny_m = [-1e3, 1e3]\n\
+         [clock]\nmode = \"single\"\ntick_hz = {TICK_HZ}\nduration_s = 1e5\nstop = \"duration\"\n\
+         [defaults]\nsensor_range_m = {SPACING_M}\nradio_range_m = {RADIO_M}\n\
+         [layout]\nkind = \"grid\"\nrobots = {bodies}\nspacing_m = {SPACING_M}\noffset_m = [500, 0]\n"
+    );
+    // In the middle, where the bodies are that have others all around, and out of their way.
+    for index in 0..16 {
+        let [x_m, y_m] = [index % 4, index / 4].map(|place| f64::from(place - 2) * SPACING_M + 0.5);
+        text += &format!("[[obstacle]]\nshape = \"disc\"\ncenter_m = [{x_m}, {y_m}]\nradius_m = 0.1\n");
+    }
+    let scenario = scenarios::parse("micro", &text, &Overrides::default()).unwrap();
+    let mut world = World::new(&scenario);
+    open(&mut world);
+    world.take_notices();
+    world
+}
+
+/// Round in circles of 0.2 m across, each robot elsewhere on its circle.
+fn close(world: &mut World) {
+    let turn_rad = world.tick() as f64 * (5.0 / TICK_HZ);
+    world.close(&mut |seat| {
+        let (sin, cos) = (turn_rad + f64::from(seat.slot)).sin_cos();
+        Some(Drive::Velocity(Vector2::new(cos, sin) * 0.5))
+    });
+    assert!(!world.finished() && world.take_notices().is_empty() && world.contacts() == 0, "nothing happens in it");
+}
+
+fn open(world: &mut World) -> usize {
+    world.due();
+    world.open(&mut |_| true).odometry.len()
+}
+
+#[divan::bench(args = BODIES)]
+fn open_and_close(bencher: Bencher<'_, '_>, bodies: usize) {
+    let mut world = lattice(bodies);
+    bencher.bench_local(|| {
+        close(&mut world);
+        open(&mut world)
+    });
+}
+
+#[divan::bench(name = "open", args = BODIES, sample_size = 1, sample_count = 300)]
+fn open_alone(bencher: Bencher<'_, '_>, bodies: usize) {
+    let world = RefCell::new(lattice(bodies));
+    bencher.with_inputs(|| close(&mut world.borrow_mut())).bench_local_values(|()| open(&mut world.borrow_mut()));
+}
+
+#[divan::bench(name = "close", args = BODIES, sample_size = 1, sample_count = 300)]
+fn close_alone(bencher: Bencher<'_, '_>, bodies: usize) {
+    let world = RefCell::new(lattice(bodies));
+    close(&mut world.borrow_mut());
+    let opened = || _ = open(&mut world.borrow_mut());
+    bencher.with_inputs(opened).bench_local_values(|()| close(&mut world.borrow_mut()));
+}
