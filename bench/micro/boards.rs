@@ -3,11 +3,12 @@
 //! has done other work and slept since.
 
 use crate::home::{Home, Other, Period};
-use bus::{Node, RobotReader, RobotWriter, Services, Sizes, WorldReader, WorldWriter};
+use bus::{Node, Poses, RobotReader, RobotWriter, Services, Sizes, WorldReader, WorldWriter};
 use divan::Bencher;
 use protocol::Seat;
 use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::Odometry;
+use std::cell::RefCell;
 use std::hint::black_box;
 
 const BOARDS: [u32; 3] = [1, 16, 64];
@@ -43,13 +44,13 @@ struct Robots {
 }
 
 impl Robots {
-    fn new(count: u32) -> Robots {
+    fn new(count: u32, poses: Poses) -> Robots {
         let home = Home::new();
         let address = home.address.clone();
         let writer = Other::new(move || {
             let node = Node::new(&address, "writer").unwrap();
             let sizes = Sizes { max_robots: count, shape_pieces: 0 };
-            let boards = (0..count).map(|slot| RobotWriter::create(&node, seat(slot), sizes));
+            let boards = (0..count).map(|slot| RobotWriter::create(&node, seat(slot), sizes, poses));
             let mut boards: Vec<RobotWriter> = boards.collect::<Result<_, _>>().unwrap();
             move |tick| boards.iter_mut().zip(0..).for_each(|(board, slot)| board.pose(pose(slot, tick)))
         });
@@ -87,22 +88,30 @@ impl Robots {
 /// The newest poses, as in `realtime`.
 #[divan::bench(args = BOARDS)]
 fn pose_warm(bencher: Bencher<'_, '_>, boards: u32) {
-    let mut robots = Robots::new(boards);
+    let mut robots = Robots::new(boards, Poses::Newest);
     bencher.bench_local(|| robots.newest());
 }
 
 #[divan::bench(args = BOARDS, sample_size = 1, sample_count = 300)]
 fn pose_cold(bencher: Bencher<'_, '_>, boards: u32) {
-    let robots = std::cell::RefCell::new(Robots::new(boards));
-    bencher.with_inputs(|| robots.borrow_mut().turn_cold()).bench_local_values(|()| robots.borrow_mut().newest());
+    cold(bencher, Robots::new(boards, Poses::Newest), Robots::newest);
+}
+
+/// The newest poses of boards that hold two.
+#[divan::bench(args = BOARDS, sample_size = 1, sample_count = 300)]
+fn pose_of_two_cold(bencher: Bencher<'_, '_>, boards: u32) {
+    cold(bencher, Robots::new(boards, Poses::LastTwo), Robots::newest);
 }
 
 /// The poses of the tick before, as in `lockstep`.
 #[divan::bench(args = BOARDS, sample_size = 1, sample_count = 300)]
 fn pose_before_cold(bencher: Bencher<'_, '_>, boards: u32) {
-    let robots = std::cell::RefCell::new(Robots::new(boards));
-    let cold = || robots.borrow_mut().turn_cold();
-    bencher.with_inputs(cold).bench_local_values(|()| robots.borrow_mut().before_this_tick());
+    cold(bencher, Robots::new(boards, Poses::LastTwo), Robots::before_this_tick);
+}
+
+fn cold(bencher: Bencher<'_, '_>, robots: Robots, read: fn(&mut Robots)) {
+    let robots = RefCell::new(robots);
+    bencher.with_inputs(|| robots.borrow_mut().turn_cold()).bench_local_values(|()| read(&mut robots.borrow_mut()));
 }
 
 /// One robot's odometry on the board of a world of so many.
@@ -154,6 +163,6 @@ fn odometry_warm(bencher: Bencher<'_, '_>, robots: u32) {
 
 #[divan::bench(args = BOARDS, sample_size = 1, sample_count = 300)]
 fn odometry_cold(bencher: Bencher<'_, '_>, robots: u32) {
-    let world = std::cell::RefCell::new(World::new(robots));
+    let world = RefCell::new(World::new(robots));
     bencher.with_inputs(|| world.borrow_mut().turn_cold()).bench_local_values(|()| world.borrow().reader.odometry());
 }

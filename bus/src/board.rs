@@ -49,6 +49,12 @@ pub(crate) fn entry<T: Copy + ZeroCopySend>(reader: &Reader<Ipc, Key>, name: &st
     reader.entry::<T>(&key).map_err(|e| BusError::port(object(name), "find an entry to read", e))
 }
 
+/// As [`entry`], for what not every board has.
+pub(crate) fn entry_if_any<T: Copy + ZeroCopySend>(reader: &Reader<Ipc, Key>, key: Key) -> Option<Entry<T>> {
+    // There is no other reason to fail.
+    reader.entry::<T>(&key).ok()
+}
+
 fn object(name: &str) -> String {
     format!("board `{name}`")
 }

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! world_board   world -> robots     odometry, neighbours, things in sight        iceoryx2 blackboard
-//! robot_board   robot -> everybody  pose pair and command, one board per life    iceoryx2 blackboard
+//! robot_board   robot -> everybody  poses and command, one board per life        iceoryx2 blackboard
 //! gate          world <-> robots    tick, answers, stop, start, progress         futex words in a file
 //! frames        world -> observers  whole frames                                 iceoryx2 publish-subscribe
 //! control       daemon <-> world    orders and notices                           ring in a file, and a bell
@@ -51,7 +51,7 @@ pub use gate::{Gate, Progress, TickWait};
 pub use lock::Lease;
 pub use node::Node;
 pub use operator::{OperatorClient, OperatorServer, Responder};
-pub use robot_board::{RobotReader, RobotWriter};
+pub use robot_board::{Poses, RobotReader, RobotWriter};
 pub use services::Services;
 pub use sizes::Sizes;
 pub use stats::{Counter, Metric, Percentiles, StatsSnapshot, StatsWriter, Strips};

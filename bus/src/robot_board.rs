@@ -1,7 +1,9 @@
-//! What a robot tells everybody: one small iceoryx2 blackboard per life, with its last two poses and its command.
+//! What a robot tells everybody: one small iceoryx2 blackboard per life, with its command and its newest pose, or its last
+//! two.
 //!
-//! The poses take turns in two entries. So nobody reads what is being written: at tick k a robot writes one entry, and
-//! its neighbours read its pose of tick k - 1, which is in the other one.
+//! Two poses take turns in two entries. So nobody reads what is being written: at tick k a robot writes one entry, and
+//! its neighbours read its pose of tick k - 1, which is in the other one. Where it is the newest that counts, whatever its
+//! tick, there is one entry: of two, only a look at both could tell which one has it.
 //!
 //! The incarnation is in the name, because a writer that was killed leaves its entries unwritable as long as the
 //! service lives: the next life gets a board of its own.
@@ -20,9 +22,19 @@ fn name(seat: Seat) -> String {
     format!("robot/{}/{}", seat.slot, seat.incarnation)
 }
 
+/// Which poses a board holds. Every reader finds that out by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Poses {
+    /// The newest one: for `realtime`.
+    Newest,
+    /// The newest one and the one before it: for `lockstep`, where that of the tick before is wanted, whoever ran first.
+    LastTwo,
+}
+
 /// A robot's hand on its own board, which exists as long as this does.
 pub struct RobotWriter {
-    poses: [EntryMut<SharedPose>; 2],
+    /// One, or two that take turns.
+    poses: Vec<EntryMut<SharedPose>>,
     /// Which of them is the next to write.
     turn: usize,
     command: EntryMut<Command>,
@@ -34,26 +46,30 @@ impl RobotWriter {
     ///
     /// # Errors
     /// When it exists already, or shared memory or open files have run out.
-    pub fn create(node: &Node, seat: Seat, sizes: Sizes) -> Result<RobotWriter> {
+    pub fn create(node: &Node, seat: Seat, sizes: Sizes, poses: Poses) -> Result<RobotWriter> {
         let name = name(seat);
-        let creator = board::creator(node, &name, sizes.participants_max())
-            .add(POSES[0], SharedPose::default())
-            .add(POSES[1], SharedPose::default())
-            .add(COMMAND, Command::default());
+        let keys = match poses {
+            Poses::Newest => &POSES[..1],
+            Poses::LastTwo => &POSES,
+        };
+        let mut creator = board::creator(node, &name, sizes.participants_max()).add(COMMAND, Command::default());
+        for key in keys {
+            creator = creator.add(*key, SharedPose::default());
+        }
         let board = board::create(creator, &name)?;
         let writer = board::writer(&board, &name)?;
         Ok(RobotWriter {
-            poses: [board::entry_mut(&writer, &name, POSES[0])?, board::entry_mut(&writer, &name, POSES[1])?],
+            poses: keys.iter().map(|key| board::entry_mut(&writer, &name, *key)).collect::<Result<_>>()?,
             turn: 0,
             command: board::entry_mut(&writer, &name, COMMAND)?,
             _board: board,
         })
     }
 
-    /// Tells a pose; the one before it stays.
+    /// Tells a pose. The one before it stays, if the board holds two.
     pub fn pose(&mut self, pose: SharedPose) {
         self.poses[self.turn].update_with_copy(pose);
-        self.turn ^= 1;
+        self.turn = (self.turn + 1) % self.poses.len();
     }
 
     /// Asks the body for this.
@@ -64,9 +80,11 @@ impl RobotWriter {
 
 /// Somebody's eyes on the board of a robot. What a robot wrote stays readable when its process has died.
 pub struct RobotReader {
-    poses: [Entry<SharedPose>; 2],
-    /// Where the next pose to be heard should be.
-    turn: usize,
+    first: Entry<SharedPose>,
+    /// What takes turns with it, if the board holds two poses.
+    second: Option<Entry<SharedPose>>,
+    /// The next pose to be heard should be in the second one.
+    turn: bool,
     command: Entry<Command>,
 }
 
@@ -79,39 +97,164 @@ impl RobotReader {
         let name = name(seat);
         let reader = board::reader(&board::open(node, &name)?, &name)?;
         Ok(RobotReader {
-            poses: [board::entry(&reader, &name, POSES[0])?, board::entry(&reader, &name, POSES[1])?],
-            turn: 0,
+            first: board::entry(&reader, &name, POSES[0])?,
+            second: board::entry_if_any(&reader, POSES[1]),
+            turn: false,
             command: board::entry(&reader, &name, COMMAND)?,
         })
     }
 
-    /// The last two poses.
+    /// The newest pose, as of some moment during the call, and the one before it if the board holds two. So nothing is
+    /// older than what a call before gave, however long the reader slept.
     pub fn pose(&self) -> PosePair {
-        let [newest, previous] = [*self.poses[0].get(), *self.poses[1].get()];
+        let first = *self.first.get();
+        let Some(second) = &self.second else { return PosePair { newest: first, previous: SharedPose::default() } };
+        let second = *second.get();
         // A robot may speak several times of one tick: then the stamp decides.
-        if (newest.tick, newest.stamp_ns) < (previous.tick, previous.stamp_ns) {
-            PosePair { newest: previous, previous: newest }
+        if (first.tick, first.stamp_ns) < (second.tick, second.stamp_ns) {
+            PosePair { newest: second, previous: first }
         } else {
-            PosePair { newest, previous }
+            PosePair { newest: first, previous: second }
         }
     }
 
     /// As much of the last two poses as shows the newest one of a tick before `tick`. Mostly that is one entry, which
-    /// nobody is writing.
+    /// nobody is writing. For boards that hold two.
     pub fn pose_before(&mut self, tick: u64) -> PosePair {
-        let pose = *self.poses[self.turn].get();
+        let next = self.second.as_ref().filter(|_| self.turn).unwrap_or(&self.first);
+        let pose = *next.get();
         if pose.has(SharedPose::FLAG_SPOKEN) && pose.tick + 1 == tick {
-            self.turn ^= 1;
+            self.turn = !self.turn;
             return PosePair { newest: pose, previous: SharedPose::default() };
         }
         // It has missed ticks, or is new: next time this is where the one that comes after the found one will be.
         let pair = self.pose();
-        self.turn ^= usize::from(pair.before(tick) == Some(&pose));
+        self.turn ^= pair.before(tick) == Some(&pose);
         pair
     }
 
     /// The newest command.
     pub fn command(&self) -> Command {
         *self.command.get()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Address, clean};
+    use proptest::prelude::*;
+    use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
+
+    const SEAT: Seat = Seat { slot: 0, incarnation: 0 };
+    const SIZES: Sizes = Sizes { max_robots: 1, shape_pieces: 0 };
+
+    /// Swept at the end.
+    struct Fleet(Address);
+
+    impl Fleet {
+        fn new() -> Fleet {
+            Fleet(Address::create().unwrap())
+        }
+
+        fn node(&self) -> Node {
+            Node::new(&self.0, "test").unwrap()
+        }
+    }
+
+    impl Drop for Fleet {
+        fn drop(&mut self) {
+            clean::sweep(&self.0);
+        }
+    }
+
+    fn pose(tick: u64, stamp_ns: u64) -> SharedPose {
+        SharedPose { tick, stamp_ns, x_m: stamp_ns as f64, flags: SharedPose::FLAG_SPOKEN, ..SharedPose::default() }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Between two looks any number of poses is told, of one tick or of several, and two readers look at odd times.
+        #[test]
+        fn a_look_finds_the_newest_poses(
+            last_two: bool, looks in prop::collection::vec((prop::collection::vec(0..3_u64, 0..6), 0..2_usize), 0..40)
+        ) {
+            let fleet = Fleet::new();
+            let node = fleet.node();
+            let poses = if last_two { Poses::LastTwo } else { Poses::Newest };
+            let mut writer = RobotWriter::create(&node, SEAT, SIZES, poses).unwrap();
+            let readers = [(); 2].map(|()| RobotReader::open(&node, SEAT).unwrap());
+            let mut told = PosePair::default();
+            for (ticks, reader) in looks {
+                for ticks in ticks {
+                    told.push(pose(told.newest.tick + ticks, told.newest.stamp_ns + 1));
+                    writer.pose(told.newest);
+                }
+                let previous = if last_two { told.previous } else { SharedPose::default() };
+                prop_assert_eq!(readers[reader].pose(), PosePair { previous, ..told });
+            }
+        }
+
+        /// However many ticks a reader misses, and whether the robot has spoken of this tick already.
+        #[test]
+        fn a_look_before_a_tick_finds_the_pose_of_the_tick_before(
+            ticks in prop::collection::vec((1..4_u64, any::<bool>()), 1..40)
+        ) {
+            let fleet = Fleet::new();
+            let node = fleet.node();
+            let mut writer = RobotWriter::create(&node, SEAT, SIZES, Poses::LastTwo).unwrap();
+            let mut reader = RobotReader::open(&node, SEAT).unwrap();
+            let (mut tick, mut told) = (0, 0);
+            for (missed, ahead) in ticks {
+                tick += missed;
+                while told < tick + u64::from(ahead) {
+                    writer.pose(pose(told, told + 1));
+                    told += 1;
+                }
+                prop_assert_eq!(reader.pose_before(tick).before(tick).copied(), Some(pose(tick - 1, tick)));
+            }
+        }
+    }
+
+    #[test]
+    fn beside_a_writer_a_look_finds_what_was_the_newest_meanwhile() {
+        const LOOKS: usize = 20_000;
+        for poses in [Poses::Newest, Poses::LastTwo] {
+            let fleet = Fleet::new();
+            let (begun, told, enough) = (AtomicU64::new(0), AtomicU64::new(0), AtomicBool::new(false));
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    let node = fleet.node();
+                    let mut writer = RobotWriter::create(&node, SEAT, SIZES, poses).unwrap();
+                    // Ends by itself, should the reader fail.
+                    for stamp_ns in 1..u64::MAX {
+                        begun.store(stamp_ns, SeqCst);
+                        writer.pose(pose(stamp_ns / 3, stamp_ns));
+                        told.store(stamp_ns, SeqCst);
+                        if enough.load(SeqCst) || stamp_ns > 1_000_000_000 {
+                            break;
+                        }
+                    }
+                });
+                while told.load(SeqCst) == 0 {
+                    std::thread::yield_now();
+                }
+                let reader = RobotReader::open(&fleet.node(), SEAT).unwrap();
+                let mut last = 0;
+                for _ in 0..LOOKS {
+                    let oldest = told.load(SeqCst).max(last);
+                    let found = reader.pose().newest;
+                    let newest = begun.load(SeqCst);
+                    last = found.stamp_ns;
+                    let whole = found == pose(last / 3, last);
+                    if !(whole && (oldest..=newest).contains(&last)) {
+                        enough.store(true, SeqCst);
+                        panic!("{poses:?}: {found:?}, told {oldest} to {newest}");
+                    }
+                }
+                enough.store(true, SeqCst);
+            });
+        }
     }
 }

@@ -9,8 +9,8 @@ use protocol::operator_to_daemon::{Reply, Request};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::Odometry;
 use shoal_bus::{
-    Counter, FrameSubscriber, Gate, Metric, Node, OperatorClient, OperatorServer, RobotReader, RobotWriter, Services,
-    Sizes, StatsWriter, Strips, TickWait, WorldReader, WorldWriter, clean, clock, stats,
+    Counter, FrameSubscriber, Gate, Metric, Node, OperatorClient, OperatorServer, Poses, RobotReader, RobotWriter,
+    Services, Sizes, StatsWriter, Strips, TickWait, WorldReader, WorldWriter, clean, clock, stats,
 };
 use std::time::{Duration, Instant};
 
@@ -42,7 +42,7 @@ fn role_agent() {
     let gate = Gate::open(&address).unwrap();
     let node = Node::new(&address, "agent").unwrap();
     // The first slot whose board does not exist is ours.
-    let claim = |seat| Some((seat, RobotWriter::create(&node, seat, SIZES).ok()?));
+    let claim = |seat| Some((seat, RobotWriter::create(&node, seat, SIZES, Poses::LastTwo).ok()?));
     let (seat, mut robot) = (0..3).map(|slot| seat(slot, 0)).find_map(claim).unwrap();
     let world = WorldReader::open(&node, seat.slot).unwrap();
     let mut stats =
@@ -140,7 +140,7 @@ fn role_idler() {
     let Some(address) = home_of_child() else { return };
     let node = Node::new(&address, "idler").unwrap();
     let _world = WorldReader::open(&node, 0).unwrap();
-    let _robot = RobotWriter::create(&node, seat(5, std::process::id()), SIZES).unwrap();
+    let _robot = RobotWriter::create(&node, seat(5, std::process::id()), SIZES, Poses::Newest).unwrap();
     let _frames = FrameSubscriber::open(&node).unwrap();
     Gate::open(&address).unwrap().announce_ready(seat(5, 0));
     std::thread::sleep(TIMEOUT);

@@ -12,8 +12,8 @@ use protocol::world_to_daemon::Notice;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use shoal_bus::{
-    FramePublisher, FrameSubscriber, Gate, Metric, Node, NoticeSender, OperatorClient, OperatorServer, RobotReader,
-    RobotWriter, Services, Sizes, StatsWriter, Strips, WorldReader, WorldWriter, clean,
+    FramePublisher, FrameSubscriber, Gate, Metric, Node, NoticeSender, OperatorClient, OperatorServer, Poses,
+    RobotReader, RobotWriter, Services, Sizes, StatsWriter, Strips, WorldReader, WorldWriter, clean,
 };
 use std::time::{Duration, Instant};
 
@@ -44,7 +44,10 @@ fn check(max_robots: u32, shape_pieces: u32) {
     let mut robots = Vec::new();
     for (slot, node) in nodes.iter().enumerate() {
         let seat = Seat { slot: slot as u32, incarnation: 0 };
-        robots.push((WorldReader::open(node, seat.slot).unwrap(), RobotWriter::create(node, seat, sizes).unwrap()));
+        robots.push((
+            WorldReader::open(node, seat.slot).unwrap(),
+            RobotWriter::create(node, seat, sizes, Poses::LastTwo).unwrap(),
+        ));
     }
     lap("agents' boards");
     used("agents' boards");

@@ -14,7 +14,7 @@ use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use shoal_bus::{
     FramePublisher, FrameSubscriber, Node, NoticeReceiver, NoticeSender, OperatorClient, OperatorServer, OrderReceiver,
-    OrderSender, RobotReader, RobotWriter, Services, Sizes, WorldObserver, WorldReader, WorldWriter, clean,
+    OrderSender, Poses, RobotReader, RobotWriter, Services, Sizes, WorldObserver, WorldReader, WorldWriter, clean,
 };
 use std::os::fd::AsFd;
 use std::time::Duration;
@@ -104,7 +104,7 @@ fn there_is_one_world_and_no_slot_beyond_the_last() {
 #[test]
 fn robots_hear_each_other_and_lives_are_kept_apart() {
     let fleet = fleet();
-    let mut first = RobotWriter::create(&fleet.other, seat(4), SIZES).unwrap();
+    let mut first = RobotWriter::create(&fleet.other, seat(4), SIZES, Poses::LastTwo).unwrap();
     let reader = RobotReader::open(&fleet.daemon, seat(4)).unwrap();
     let mut pair = PosePair::default();
     for tick in 1..=3 {
@@ -117,8 +117,8 @@ fn robots_hear_each_other_and_lives_are_kept_apart() {
 
     let next = Seat { incarnation: 1, ..seat(4) };
     assert!(RobotReader::open(&fleet.daemon, next).err().unwrap().is_missing());
-    assert!(RobotWriter::create(&fleet.daemon, seat(4), SIZES).is_err());
-    let _second = RobotWriter::create(&fleet.other, next, SIZES).unwrap();
+    assert!(RobotWriter::create(&fleet.daemon, seat(4), SIZES, Poses::LastTwo).is_err());
+    let _second = RobotWriter::create(&fleet.other, next, SIZES, Poses::LastTwo).unwrap();
     assert_eq!(RobotReader::open(&fleet.daemon, next).unwrap().pose(), PosePair::default());
     drop(first);
     assert_eq!(reader.pose(), pair, "what a robot said stays readable");
@@ -322,7 +322,7 @@ fn fleets_at_once_do_not_meet() {
     let mut ends: Vec<_> = fleets
         .iter()
         .map(|fleet| {
-            let robot = RobotWriter::create(&fleet.other, seat(0), SIZES).unwrap();
+            let robot = RobotWriter::create(&fleet.other, seat(0), SIZES, Poses::LastTwo).unwrap();
             (OrderSender::open(&fleet.daemon).unwrap(), WorldWriter::open(&fleet.daemon, SIZES).unwrap(), robot)
         })
         .collect();

@@ -6,8 +6,8 @@
 use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Time, planner_of};
 use bus::blame::{Period, Watch};
 use bus::{
-    Address, BusError, Counter, Gate, Metric, Node, RobotReader, RobotWriter, Sizes, StatsWriter, Strips, TickWait,
-    WorldReader, clock, gate,
+    Address, BusError, Counter, Gate, Metric, Node, Poses, RobotReader, RobotWriter, Sizes, StatsWriter, Strips,
+    TickWait, WorldReader, clock, gate,
 };
 use planners::{Plan, PlanInput, Planner};
 use protocol::Seat;
@@ -125,7 +125,8 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut Agent
     let mut ports = {
         let spec = agent.spec();
         let sizes = Sizes { max_robots: spec.max_robots, shape_pieces: spec.shape_pieces };
-        Ports::open(&address, args.seat, sizes)?
+        let poses = if spec.clock.mode == Mode::Realtime { Poses::Newest } else { Poses::LastTwo };
+        Ports::open(&address, args.seat, sizes, poses)?
     };
     ports.gate.announce_ready(args.seat);
     match agent.spec().clock.mode {
@@ -324,12 +325,12 @@ struct Ports {
 }
 
 impl Ports {
-    fn open(address: &Address, seat: Seat, sizes: Sizes) -> Result<Ports, BusError> {
+    fn open(address: &Address, seat: Seat, sizes: Sizes, poses: Poses) -> Result<Ports, BusError> {
         let node = Node::new(address, &format!("agent-{}-{}", seat.slot, seat.incarnation))?;
         Ok(Ports {
             gate: Gate::open(address)?,
             world: WorldReader::open(&node, seat.slot)?,
-            robot: RobotWriter::create(&node, seat, sizes)?,
+            robot: RobotWriter::create(&node, seat, sizes, poses)?,
             stats: StatsWriter::create(
                 address,
                 &spec_file(seat),

@@ -1,7 +1,7 @@
 //! A tick of an agent in which nothing special happens asks for no memory: the whole process, core, boards and gate, in
 //! one thread, with this test as the world and as the neighbours.
 
-use bus::{Address, Gate, Lease, Node, RobotWriter, Services, Sizes, WorldWriter, clean, clock};
+use bus::{Address, Gate, Lease, Node, Poses, RobotWriter, Services, Sizes, WorldWriter, clean, clock};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -71,7 +71,7 @@ fn check(planner: &str) {
     #[expect(clippy::disallowed_methods, reason = "the daemon would leave the spec there")]
     std::fs::write(address.file(&shell::spec_file(seat(0))), spec).unwrap();
     let mut others: Vec<RobotWriter> =
-        (1..=NEIGHBORS).map(|slot| RobotWriter::create(&node, seat(slot), sizes).unwrap()).collect();
+        (1..=NEIGHBORS).map(|slot| RobotWriter::create(&node, seat(slot), sizes, Poses::LastTwo).unwrap()).collect();
 
     let parent = std::os::unix::process::parent_id();
     let args = Args { root: address.root().to_path_buf(), seat: seat(0), parent };

@@ -4,7 +4,7 @@
 //!
 //! With the option `hub` this program is the one that owns the fleet's address, as shoal's daemon does.
 
-use bus::{Address, Lease, Node, RobotReader, RobotWriter, Sizes, clean};
+use bus::{Address, Lease, Node, Poses, RobotReader, RobotWriter, Sizes, clean};
 use poses::{Args, Failure, Pose, Transport};
 use protocol::Seat;
 use protocol::robot_to_robot::SharedPose;
@@ -32,7 +32,7 @@ fn open(args: &Args) -> Result<Boards, Failure> {
     let node = Node::new(&Address::at(Path::new(&root))?, &format!("agent-{}-0", args.robot))?;
     let sizes = Sizes { max_robots: args.robots as u32, shape_pieces: 0 };
     Ok(Boards {
-        mine: RobotWriter::create(&node, seat(args.robot), sizes)?,
+        mine: RobotWriter::create(&node, seat(args.robot), sizes, Poses::Newest)?,
         node,
         theirs: (0..args.robots).map(|_| None).collect(),
         missing: args.others().collect(),
