@@ -200,6 +200,7 @@ fn realtime(
         ports.open_missing(Duration::MAX);
         ports.gate.announce_met(seat);
     }
+    bus::process::give_back_stack();
     let start_ns = loop {
         if ports.gate.stopped() {
             return Ok(());
