@@ -47,8 +47,8 @@ impl SharedPose {
     }
 }
 
-/// The last two poses. In `lockstep` a neighbour may or may not have spoken in this tick already; with two poses
-/// the one of the tick before is always there, whoever ran first.
+/// The last two poses, or the newest alone. In `lockstep` a neighbour may or may not have spoken in this tick already; with
+/// two poses the one of the tick before is always there, whoever ran first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("shoal.PosePair.v2")]
