@@ -17,8 +17,15 @@ struct Ports {
     node: Node<ipc::Service>,
     publisher: Publisher<ipc::Service, Bytes, ()>,
     /// By robot; its own place stays empty.
-    heard: Vec<(Option<Subscriber<ipc::Service, Bytes, ()>>, Option<Pose>)>,
+    heard: Vec<Heard>,
     me: usize,
+}
+
+/// Another robot.
+#[derive(Default)]
+struct Heard {
+    subscriber: Option<Subscriber<ipc::Service, Bytes, ()>>,
+    newest: Option<Pose>,
 }
 
 fn service(
@@ -44,16 +51,16 @@ fn open(args: &Args) -> Result<Ports, Failure> {
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create::<ipc::Service>()?;
     let publisher = service(&node, args.robot, args.robots)?.publisher_builder().max_loaned_samples(1).create()?;
-    let heard = (0..args.robots).map(|_| (None, None)).collect();
+    let heard = (0..args.robots).map(|_| Heard::default()).collect();
     Ok(Ports { robots: args.robots, node, publisher, heard, me: args.robot })
 }
 
 impl Transport for Ports {
     fn connect(&mut self) -> Result<(), Failure> {
         for robot in (0..self.robots).filter(|robot| *robot != self.me) {
-            if self.heard[robot].0.is_none() {
+            if self.heard[robot].subscriber.is_none() {
                 let service = service(&self.node, robot, self.robots)?;
-                self.heard[robot].0 = Some(service.subscriber_builder().create()?);
+                self.heard[robot].subscriber = Some(service.subscriber_builder().create()?);
             }
         }
         Ok(())
@@ -65,7 +72,7 @@ impl Transport for Ports {
     }
 
     fn newest(&mut self, robot: usize) -> Option<Pose> {
-        let (subscriber, newest) = &mut self.heard[robot];
+        let Heard { subscriber, newest } = &mut self.heard[robot];
         while let Some(sample) = subscriber.as_ref()?.receive().ok()? {
             *newest = Pose::from_bytes(sample.payload());
         }
