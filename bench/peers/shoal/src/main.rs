@@ -46,6 +46,9 @@ impl Transport for Boards {
             let Ok(reader) = RobotReader::open(&self.node, seat(robot)) else { break };
             self.theirs[robot] = Some(reader);
             self.missing.remove(0);
+            if self.missing.is_empty() {
+                bus::process::give_back_stack();
+            }
         }
         Ok(())
     }
