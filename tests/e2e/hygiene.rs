@@ -182,6 +182,9 @@ fn after_everything_is_killed(then: &[&str]) {
     let root = fleet.root();
     fleet.agent(2);
     let (guardian, world) = (fleet.process("guardian"), fleet.process("world"));
+    // A world that is stopped before it has tied its life to the daemon's would survive it.
+    let stats = machine.path().join(root.file_name().unwrap()).join("stats/world");
+    wait_for("the world to be at work", || stats.exists().then_some(()));
     signal(guardian, Signal::KILL);
     signal(world, Signal::STOP); // so that it is not the daemon that notices first
     signal(fleet.daemon(), Signal::KILL);
