@@ -123,10 +123,10 @@ fn beside_hogs_the_scheduler_is_to_blame() {
     let (mut fleet, mut hogs) = on_one_processor(|| {
         let hogs = [(); 8].map(|()| Words::new("sh").args(["-c", "while :; do :; done"]).start());
         let run = Run::scenario(&format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 3\n", lanes(3, 1.0)));
-        (run.mode("realtime").set("clock.tick_hz=200").set("fleet.command_timeout_s=30").start(), hogs)
+        (run.mode("realtime").set("clock.tick_hz=500").set("fleet.command_timeout_s=30").start(), hogs)
     });
     let (late, periods) = std::thread::scope(|scope| {
-        let bare = scope.spawn(|| on_one_processor(|| bare_timer(5_000_000, &over)));
+        let bare = scope.spawn(|| on_one_processor(|| bare_timer(2_000_000, &over)));
         wait_for("the end", || fleet.has_ended().then_some(()));
         over.store(true, Relaxed);
         bare.join().unwrap()
