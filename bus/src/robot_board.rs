@@ -33,10 +33,11 @@ pub enum Poses {
 
 /// A robot's hand on its own board, which exists as long as this does.
 pub struct RobotWriter {
-    /// One, or two that take turns.
-    poses: Vec<EntryMut<SharedPose>>,
-    /// Which of them is the next to write.
-    turn: usize,
+    first: EntryMut<SharedPose>,
+    /// What takes turns with it, if the board holds two poses.
+    second: Option<EntryMut<SharedPose>>,
+    /// The next pose goes into the second one.
+    turn: bool,
     command: EntryMut<Command>,
     _board: Board,
 }
@@ -48,19 +49,21 @@ impl RobotWriter {
     /// When it exists already, or shared memory or open files have run out.
     pub fn create(node: &Node, seat: Seat, sizes: Sizes, poses: Poses) -> Result<RobotWriter> {
         let name = name(seat);
-        let keys = match poses {
-            Poses::Newest => &POSES[..1],
-            Poses::LastTwo => &POSES,
-        };
-        let mut creator = board::creator(node, &name, sizes.participants_max()).add(COMMAND, Command::default());
-        for key in keys {
-            creator = creator.add(*key, SharedPose::default());
+        let mut creator = board::creator(node, &name, sizes.participants_max())
+            .add(COMMAND, Command::default())
+            .add(POSES[0], SharedPose::default());
+        if poses == Poses::LastTwo {
+            creator = creator.add(POSES[1], SharedPose::default());
         }
         let board = board::create(creator, &name)?;
         let writer = board::writer(&board, &name)?;
         Ok(RobotWriter {
-            poses: keys.iter().map(|key| board::entry_mut(&writer, &name, *key)).collect::<Result<_>>()?,
-            turn: 0,
+            first: board::entry_mut(&writer, &name, POSES[0])?,
+            second: match poses {
+                Poses::Newest => None,
+                Poses::LastTwo => Some(board::entry_mut(&writer, &name, POSES[1])?),
+            },
+            turn: false,
             command: board::entry_mut(&writer, &name, COMMAND)?,
             _board: board,
         })
@@ -68,8 +71,9 @@ impl RobotWriter {
 
     /// Tells a pose. The one before it stays, if the board holds two.
     pub fn pose(&mut self, pose: SharedPose) {
-        self.poses[self.turn].update_with_copy(pose);
-        self.turn = (self.turn + 1) % self.poses.len();
+        let next = self.second.as_mut().filter(|_| self.turn).unwrap_or(&mut self.first);
+        next.update_with_copy(pose);
+        self.turn = !self.turn;
     }
 
     /// Asks the body for this.

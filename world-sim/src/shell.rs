@@ -287,14 +287,9 @@ impl Shell {
             self.open_robot(seat);
         }
         let begun_ns = clock::now_ns();
-        loop {
-            let (gate, silent) = (&self.gate, &self.silent);
-            let waiting = (self.world.due().iter())
-                .any(|seat| !gate.has_met(*seat) && !silent.iter().any(|(who, _)| who == seat));
-            let overdue = clock::now_ns().saturating_sub(begun_ns) > self.straggler_limit.as_nanos() as u64;
-            if !waiting || overdue || self.over() {
-                break;
-            }
+        let limit_ns = self.straggler_limit.as_nanos() as u64;
+        let overdue = || clock::now_ns().saturating_sub(begun_ns) > limit_ns;
+        while self.misses(Gate::has_met) && !overdue() && !self.over() {
             self.gate.wait_call(PATIENCE.min(self.straggler_limit));
             self.take_orders();
         }
@@ -353,16 +348,16 @@ impl Shell {
 
     /// Waits until every robot that is to enter now is ready, or has been given up.
     fn await_due(&mut self) {
-        loop {
-            let (gate, silent) = (&self.gate, &self.silent);
-            let waiting = (self.world.due().iter())
-                .any(|seat| !gate.is_ready(*seat) && !silent.iter().any(|(who, _)| who == seat));
-            if !waiting || self.over() {
-                return;
-            }
+        while self.misses(Gate::is_ready) && !self.over() {
             self.gate.wait_call(PATIENCE);
             self.take_orders();
         }
+    }
+
+    /// Whether a robot that is to enter now, and that has not been given up, has not said this yet.
+    fn misses(&mut self, said: fn(&Gate, Seat) -> bool) -> bool {
+        let (gate, silent) = (&self.gate, &self.silent);
+        self.world.due().iter().any(|seat| !said(gate, *seat) && !silent.iter().any(|(who, _)| who == seat))
     }
 
     /// Waits until every participant has answered the tick, or has been given up.
