@@ -1,37 +1,14 @@
 //! Statistics ask for no memory once their file is made, on time or late.
 
+#[path = "../../tests/counting.rs"]
+mod counting;
+
 mod common;
 
 use common::Home;
+use counting::calls;
 use shoal_bus::blame::{Period, Watch};
 use shoal_bus::{Counter, Metric, StatsWriter, Strips, stats};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-/// The system's allocator, counting the calls of this thread.
-struct Counting;
-
-thread_local! {
-    static CALLS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call goes to the system's allocator as it is; counting in a constant-initialised thread local without
-// a destructor neither allocates nor unwinds.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        CALLS.with(|calls| calls.set(calls.get() + 1));
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn counting_asks_for_no_memory() {
@@ -41,7 +18,7 @@ fn counting_asks_for_no_memory() {
     let metrics = [Metric::PoseAge, Metric::Wake];
     let mut writer = StatsWriter::create(&home.0, "agent-0-0", &metrics, Strips::of_agent(ROBOTS)).unwrap();
     let mut watch = Watch::of_agent();
-    let before = CALLS.with(Cell::get);
+    let before = calls();
     let mut due_ns = PERIOD_NS;
     for n in 0..1000 {
         // Every tenth period is late, every fiftieth stalls for five; the robots in range change all the time.
@@ -57,7 +34,7 @@ fn counting_asks_for_no_memory() {
         watch.judge(&mut writer, period);
         due_ns += PERIOD_NS * period.missed().max(1);
     }
-    assert_eq!(CALLS.with(Cell::get) - before, 0);
+    assert_eq!(calls() - before, 0);
     drop(writer);
     let (_, found) = &stats::read_all(&home.0).unwrap()[0];
     let periods = due_ns / PERIOD_NS - 1;

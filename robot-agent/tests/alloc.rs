@@ -1,46 +1,22 @@
 //! A tick of an agent in which nothing special happens asks for no memory: the whole process, core, boards and gate, in
 //! one thread, with this test as the world and as the neighbours.
 
+#[path = "../../tests/counting.rs"]
+mod counting;
+
 use bus::{Address, Gate, Lease, Node, Poses, RobotWriter, Services, Sizes, WorldWriter, clean, clock};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use protocol::{Seat, codec};
 use scenarios::Overrides;
+use shoal_robot_agent::agent::planner_of;
 use shoal_robot_agent::shell::{self, Args};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::time::Duration;
 
-/// The system's allocator, counting the calls of threads that want to be counted.
-struct Counting;
-
+/// What the agent has asked for, as of its newest step.
 static CALLS: AtomicUsize = AtomicUsize::new(0);
-
-thread_local! {
-    static COUNTED: Cell<bool> = const { Cell::new(false) };
-}
-
-// SAFETY: every call goes to the system's allocator as it is; counting in an atomic, behind a constant-initialised
-// thread local without a destructor, neither allocates nor unwinds.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        if COUNTED.get() {
-            CALLS.fetch_add(1, SeqCst);
-        }
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const NEIGHBORS: u32 = 12;
 const PIECES: u16 = 10;
@@ -77,8 +53,8 @@ fn check(planner: &str) {
     let args = Args { root: address.root().to_path_buf(), seat: seat(0), parent };
     #[expect(clippy::disallowed_methods, reason = "the agent's process is a thread here")]
     let agent = std::thread::spawn(move || {
-        COUNTED.set(true);
-        shell::main(&args)
+        // In the middle of every step: between two of them lies a whole tick.
+        shell::run(&args, &mut planner_of, &mut |_| CALLS.store(counting::calls(), SeqCst))
     });
     let deadline_ns = clock::now_ns() + 30_000_000_000;
     while !gate.is_ready(seat(0)) {
@@ -107,6 +83,7 @@ fn check(planner: &str) {
     };
     (0..100).for_each(&mut tick);
     let before = CALLS.load(SeqCst);
+    assert_ne!(before, 0, "starting asks for memory, and it is counted");
     (100..500).for_each(&mut tick);
     let calls = CALLS.load(SeqCst) - before;
     let heard = gate.heard(seat(0));

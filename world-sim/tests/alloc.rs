@@ -1,36 +1,13 @@
 //! A tick in which nothing special happens asks for no memory.
 
+#[path = "../../tests/counting.rs"]
+mod counting;
+
+use counting::calls;
 use nalgebra::{Point2, Vector2};
 use planners::{ArmGeometry, Capsule, Drive, Kind, Limits};
 use scenarios::*;
 use shoal_world_sim::World;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-/// The system's allocator, counting the calls of this thread.
-struct Counting;
-
-thread_local! {
-    static CALLS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call goes to the system's allocator as it is; counting in a constant-initialised thread local without
-// a destructor neither allocates nor unwinds.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        CALLS.with(|calls| calls.set(calls.get() + 1));
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Robots on circles beside each other that drift in and out of range, past an obstacle that moves.
 fn rings(count: usize) -> Scenario {
@@ -131,8 +108,8 @@ fn check(scenario: &Scenario) {
     };
     // Two rounds to see every list at its longest, then one that must do with what there is.
     (0..630).for_each(|_| _ = tick(&mut world));
-    let before = CALLS.get();
+    let before = calls();
     let notices: usize = (0..315).map(|_| tick(&mut world)).sum();
-    assert_eq!((CALLS.get() - before, notices), (0, 0));
+    assert_eq!((calls() - before, notices), (0, 0));
     assert!(changes > 100, "the lists did change: {changes}");
 }

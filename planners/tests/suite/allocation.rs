@@ -1,34 +1,12 @@
 //! Planning does not allocate: counted by an allocator that asks the system for memory and remembers how often.
 
+#[path = "../../../tests/counting.rs"]
+mod counting;
+
 use crate::inputs::{Scene, disc, every_method, robot};
+use counting::calls;
 use nalgebra::{Point2, Vector2};
 use shoal_planners::{Capsule, Kind, Obstacle};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-struct Counting;
-
-thread_local! {
-    // Per thread, because other tests run at the same time.
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-// SAFETY: every call goes to the system allocator unchanged; the counter needs no memory and no destructor.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from the system allocator, with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
 
 #[test]
 fn planning_does_not_allocate() {
@@ -46,11 +24,11 @@ fn planning_does_not_allocate() {
             scene.kind = kind;
             // The first tick may set up what the method keeps.
             planner.plan(&scene.input(0, 0.05));
-            let before = COUNT.get();
+            let before = calls();
             for tick in 1..10 {
                 planner.plan(&scene.input(tick, 0.05));
             }
-            assert_eq!(COUNT.get() - before, 0, "{}", method.name);
+            assert_eq!(calls() - before, 0, "{}", method.name);
         }
     }
 }
