@@ -40,29 +40,3 @@ fn one_robot_alone_is_already_a_third_faster_than_the_linear_baseline() {
     assert!((0.33..0.38).contains(&(1.0 - ours / lin)), "{ours} against {lin}");
     assert!((0.06..0.12).contains(&(1.0 - ours / constant)), "{ours} against {constant}");
 }
-
-#[test]
-fn a_break_is_obeyed() {
-    let mut left = 3;
-    let mut stop = |_: &str| {
-        left -= 1;
-        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
-    let mut rows = Rows::new(PAPER.name, &mut stop);
-    assert!((PAPER.rows)(&mut rows).is_break());
-    assert!(!rows.finish().is_empty());
-}
-
-#[test]
-fn figures_have_data() {
-    let series = (PAPER.series)();
-    for series in &series {
-        assert!(!series.lines.is_empty(), "{}", series.name);
-        for (name, points) in &series.lines {
-            assert!(!points.is_empty(), "{}: {name}", series.name);
-            assert!(points.iter().flatten().all(|x| x.is_finite()), "{}: {name}", series.name);
-        }
-    }
-    let names: std::collections::BTreeSet<&str> = series.iter().map(|series| series.name.as_str()).collect();
-    assert_eq!(names.len(), series.len(), "names are different");
-}

@@ -3,7 +3,6 @@
 use planners::{Kind, ParamValues};
 use shoal_reproduce::environment::environment;
 use shoal_reproduce::liquid::PAPER;
-use shoal_reproduce::row::Form;
 use shoal_reproduce::simulate::{Outcome, Run};
 use shoal_reproduce::{Row, Rows};
 use std::ops::ControlFlow;
@@ -40,35 +39,6 @@ fn every_row_holds() {
     assert_eq!(ours("liquid_clogged liquid-online: arrives".into()), "true");
     assert_eq!(ours("liquid_u_resonance liquid-offline: arrives".into()), "true");
     assert_eq!(ours("liquid_u_resonance liquid-online: arrives".into()), "false");
-}
-
-#[test]
-fn a_break_is_obeyed() {
-    let mut left = 3;
-    let mut stop = |_: &str| {
-        left -= 1;
-        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
-    let mut rows = Rows::new(PAPER.name, &mut stop);
-    assert!((PAPER.rows)(&mut rows).is_break());
-    assert!(!rows.finish().is_empty());
-}
-
-#[test]
-fn figures_have_data() {
-    let series = (PAPER.series)();
-    for series in &series {
-        assert!(!series.lines.is_empty(), "{}", series.name);
-        for (name, points) in &series.lines {
-            assert!(!points.is_empty(), "{}: {name}", series.name);
-            assert!(points.iter().flatten().all(|x| x.is_finite()), "{}: {name}", series.name);
-            if series.form == Form::Surface {
-                assert!(name.parse::<f64>().is_ok() && points.len() == series.lines[0].1.len(), "{}", series.name);
-            }
-        }
-    }
-    let names: std::collections::BTreeSet<&str> = series.iter().map(|series| series.name.as_str()).collect();
-    assert_eq!(names.len(), series.len(), "names are different");
 }
 
 fn run(name: &str, method: &'static str, kind: Kind) -> Outcome {
