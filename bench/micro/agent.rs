@@ -1,7 +1,8 @@
 //! The whole core of an agent: one `Agent::step`, from what boards hold to what is written.
 
-use crate::route::{Cell, MEASURED, Route, Step, WARM_UP};
+use crate::route::{Cell, MEASURED, Route, WARM_UP};
 use divan::Bencher;
+use planners::PlanInput;
 use protocol::Seat;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
@@ -26,9 +27,9 @@ fn step(bencher: Bencher<'_, '_>, cell: &Cell) {
     let scenario = scenarios::parse("micro", &text, &Overrides::default()).unwrap();
     let seat = Seat { slot: 0, incarnation: 0 };
     let mut agent = Agent::new(AgentSpec::new(&scenario, &scenario.robots[0], seat)).unwrap();
-    let pieces: Vec<Piece> = route.obstacles.iter().map(piece).collect();
+    let pieces: Vec<Piece> = route.input(0).obstacles.iter().map(piece).collect();
     let told: Vec<_> =
-        (0..).zip(&route.steps).map(|(tick, step)| (odometry(&route, tick, step), heard(tick, step))).collect();
+        (0..WARM_UP + MEASURED).map(|tick| route.input(tick)).map(|input| (odometry(&input), heard(&input))).collect();
     let mut run = |tick: usize| {
         let (odometry, heard) = black_box(&told[tick]);
         agent.step(&AgentInputs { odometry, heard, pieces: &pieces, time: Time::Ticks })
@@ -44,16 +45,16 @@ fn piece(obstacle: &planners::Obstacle) -> Piece {
     Piece { ax_m, ay_m, bx_m, by_m, radius_m: radius, obstacle: obstacle.id, ..Piece::default() }
 }
 
-fn odometry(route: &Route, tick: u64, step: &Step) -> Odometry {
+fn odometry(input: &PlanInput<'_>) -> Odometry {
     Odometry {
-        tick,
-        x_m: step.position.x,
-        y_m: step.position.y,
-        yaw_rad: step.yaw_rad,
-        vx_mps: step.velocity.x,
-        vy_mps: step.velocity.y,
-        goal_x_m: route.goal.x,
-        goal_y_m: route.goal.y,
+        tick: input.tick,
+        x_m: input.position.x,
+        y_m: input.position.y,
+        yaw_rad: input.yaw_rad,
+        vx_mps: input.velocity.x,
+        vy_mps: input.velocity.y,
+        goal_x_m: input.goal.x,
+        goal_y_m: input.goal.y,
         goals_left: 1,
         flags: Odometry::FLAG_PRESENT,
         ..Odometry::default()
@@ -61,11 +62,11 @@ fn odometry(route: &Route, tick: u64, step: &Step) -> Odometry {
 }
 
 /// What the boards of the neighbours give: their poses of the tick before.
-fn heard(tick: u64, step: &Step) -> Vec<(NeighborRef, PosePair)> {
+fn heard(input: &PlanInput<'_>) -> Vec<(NeighborRef, PosePair)> {
     let spoken = |neighbor: &planners::Neighbor| {
         let arrived = if neighbor.arrived { SharedPose::FLAG_ARRIVED } else { 0 };
         let newest = SharedPose {
-            tick: tick.saturating_sub(1),
+            tick: input.tick.saturating_sub(1),
             x_m: neighbor.position.x,
             y_m: neighbor.position.y,
             yaw_rad: neighbor.yaw_rad,
@@ -79,5 +80,5 @@ fn heard(tick: u64, step: &Step) -> Vec<(NeighborRef, PosePair)> {
         let who = NeighborRef { slot: neighbor.id, incarnation: 0 };
         (who, PosePair { newest, previous: SharedPose::default() })
     };
-    step.neighbors.iter().map(spoken).collect()
+    input.neighbors.iter().map(spoken).collect()
 }

@@ -3,6 +3,7 @@
 
 use crate::route::{Cell, MEASURED, Route, WARM_UP};
 use divan::Bencher;
+use shoal::verbs::bench::planners::course::with_defaults;
 use std::hint::black_box;
 
 const PLANS: u32 = 16;
@@ -11,7 +12,7 @@ const PLANS: u32 = 16;
 #[divan::bench(args = Cell::all(|_| true), sample_size = PLANS, sample_count = MEASURED as u32 / PLANS)]
 fn plan(bencher: Bencher<'_, '_>, cell: &Cell) {
     let route = Route::new(cell);
-    let mut planner = cell.planner();
+    let mut planner = with_defaults(cell.method);
     (0..WARM_UP).for_each(|tick| _ = planner.plan(&route.input(tick)));
     let mut ticks = (WARM_UP..WARM_UP + MEASURED).cycle();
     bencher

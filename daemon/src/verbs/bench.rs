@@ -4,7 +4,7 @@
 mod crew;
 mod figures;
 mod lockstep;
-mod planners;
+pub mod planners;
 mod realtime;
 mod scene;
 mod startup;

@@ -6,6 +6,7 @@
 //! plan is one of all.
 
 mod cell;
+pub mod course;
 mod text;
 
 use crate::cli::{BenchPlannersArgs, Format};
