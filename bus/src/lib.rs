@@ -7,7 +7,7 @@
 //! gate          world <-> robots    tick, answers, stop, start, progress         futex words in a file
 //! frames        world -> observers  whole frames                                 iceoryx2 publish-subscribe
 //! control       daemon <-> world    orders and notices                           ring in a file, and a bell
-//! operator      operator -> daemon  requests and replies                         iceoryx2 request-response
+//! operator      operator -> daemon  requests and replies                         unix socket
 //! stats         any -> daemon       latency histograms and counters              counters in a file
 //! blame         any -> daemon       why a period was late                        the same file
 //! bare          nobody              the floor under the gate, to measure it by   futex words in a file

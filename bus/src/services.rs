@@ -3,18 +3,16 @@
 use crate::board::Board;
 use crate::frames::{self, FrameService};
 use crate::node::Node;
-use crate::operator::{self, OperatorService};
 use crate::{Result, Sizes, control, world_board};
 
 /// Keeps the fleet's services alive. iceoryx2 removes a service when the last one who has it open lets go of it.
 pub struct Services {
     _world: Board,
     _frames: FrameService,
-    _operator: OperatorService,
 }
 
 impl Services {
-    /// Makes the world's board, the frames, orders and notices, and the operators' service. The gate is made by
+    /// Makes the world's board, the frames, orders and notices. The gate is made by
     /// [`Gate::create`](crate::Gate::create), the boards of robots by the robots.
     ///
     /// # Errors
@@ -23,10 +21,6 @@ impl Services {
         sizes.check_space(node.address())?;
         sizes.store(node.address())?;
         control::create(node.address())?;
-        Ok(Services {
-            _world: world_board::create(node, sizes)?,
-            _frames: frames::create(node)?,
-            _operator: operator::create(node)?,
-        })
+        Ok(Services { _world: world_board::create(node, sizes)?, _frames: frames::create(node)? })
     }
 }

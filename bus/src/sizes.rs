@@ -1,7 +1,7 @@
 //! How large a fleet can become, and what that takes.
 #![expect(clippy::disallowed_methods, reason = "the sizes of a fleet are a file in its root")]
 
-use crate::{Address, BusError, Result, control, frames, operator, stats};
+use crate::{Address, BusError, Result, control, frames, stats};
 use protocol::world_to_robot::{NeighborList, Odometry, Piece, SensedList};
 use std::path::Path;
 
@@ -54,7 +54,7 @@ impl Sizes {
         let specs = robots * (8 * KIB + 64 * u64::from(self.shape_pieces));
         let gate = 12 * KIB + robots * 64;
         let stats = stats::bytes_needed(robots);
-        let control = control::BYTES_NEEDED + operator::bytes_needed(*self);
+        let control = control::BYTES_NEEDED;
         (world + boards + nodes + specs + gate + stats + control + frames::bytes_needed(*self)) * 5 / 4
     }
 

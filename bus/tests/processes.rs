@@ -167,17 +167,13 @@ fn places_of_killed_processes_are_cleared() {
 #[test]
 fn role_operator() {
     let Some(address) = home_of_child() else { return };
-    let node = Node::new(&address, "operator").unwrap();
-    let client = OperatorClient::open(&node).unwrap();
-    let _ = client.ask(&Request::Status, TIMEOUT);
+    OperatorClient::new(&address).ask(&Request::Status, TIMEOUT).unwrap();
 }
 
 #[test]
 fn killed_operators_do_not_use_up_the_places() {
     let home = Home::new();
-    let daemon = Node::new(&home.0, "daemon").unwrap();
-    let _services = Services::create(&daemon, SIZES).unwrap();
-    let mut server = OperatorServer::open(&daemon).unwrap();
+    let mut server = OperatorServer::open(&home.0).unwrap();
     for _ in 0..20 {
         let mut operator = home.spawn("role_operator");
         let mut asked = None;

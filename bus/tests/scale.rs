@@ -7,13 +7,12 @@ mod common;
 
 use common::Home;
 use protocol::Seat;
-use protocol::operator_to_daemon::Request;
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use shoal_bus::{
-    FramePublisher, FrameSubscriber, Gate, Metric, Node, NoticeSender, OperatorClient, OperatorServer, Poses,
-    RobotReader, RobotWriter, Services, Sizes, StatsWriter, Strips, WorldReader, WorldWriter, clean,
+    FramePublisher, FrameSubscriber, Gate, Metric, Node, NoticeSender, Poses, RobotReader, RobotWriter, Services,
+    Sizes, StatsWriter, Strips, WorldReader, WorldWriter, clean,
 };
 use std::time::{Duration, Instant};
 
@@ -100,12 +99,6 @@ fn check(max_robots: u32, shape_pieces: u32) {
     while notices.flush() == 0 {
         notices.send(&Notice::Left { seat: Seat { slot: 0, incarnation: 0 } });
     }
-    let mut server = OperatorServer::open(&daemon).unwrap();
-    let clients: Vec<_> = (0..16).map(|i| OperatorClient::open(&nodes[i % nodes.len()]).unwrap()).collect();
-    for client in &clients {
-        let _ = client.ask(&Request::Status, Duration::ZERO);
-    }
-    while server.take().is_some() {}
     used("everything was touched");
     let used = clean::usage(&home.0);
     for (what, time) in times {

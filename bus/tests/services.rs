@@ -216,14 +216,13 @@ fn notices_outlast_a_daemon_that_does_not_read() {
 #[test]
 fn operators_are_answered_each_with_its_own() {
     let fleet = fleet();
-    let mut server = OperatorServer::open(&fleet.daemon).unwrap();
+    let mut server = OperatorServer::open(fleet.daemon.address()).unwrap();
     let address = fleet.daemon.address();
     let robots = |count: u32| -> Reply { Reply::Added { robot: format!("robot-{count}"), slot: count } };
     std::thread::scope(|scope| {
         for operator in 0..4_u32 {
             scope.spawn(move || {
-                let node = Node::new(address, "operator").unwrap();
-                let client = OperatorClient::open(&node).unwrap();
+                let client = OperatorClient::new(address);
                 for i in 0..50 {
                     let number = operator * 100 + i;
                     let request = Request::Add(NewRobot { start_m: [f64::from(number), 0.0], ..NewRobot::default() });
@@ -248,12 +247,12 @@ fn operators_are_answered_each_with_its_own() {
 #[test]
 fn an_operator_that_nobody_answers_is_told_so() {
     let fleet = fleet();
-    let client = OperatorClient::open(&fleet.other).unwrap();
+    let client = OperatorClient::new(fleet.other.address());
     let error = client.ask(&Request::Status, TIMEOUT).unwrap_err();
-    assert!(error.to_string().contains("nobody answers") && error.hint().is_some(), "{error}");
+    assert!(error.to_string().contains("nothing answers") && error.hint().is_some(), "{error}");
 
-    let mut server = OperatorServer::open(&fleet.daemon).unwrap();
-    let client = OperatorClient::open(&fleet.other).unwrap();
+    let mut server = OperatorServer::open(fleet.daemon.address()).unwrap();
+    let client = OperatorClient::new(fleet.other.address());
     let error = client.ask(&Request::Status, Duration::from_millis(50)).unwrap_err();
     assert!(error.to_string().contains("no answer within 0.05 s"), "{error}");
     // The request of one who gave up may still be there, or not; a reply to it harms nobody.
@@ -267,20 +266,17 @@ fn an_operator_that_nobody_answers_is_told_so() {
 #[test]
 fn a_reply_that_is_too_large_becomes_a_refusal() {
     let fleet = fleet();
-    let mut server = OperatorServer::open(&fleet.daemon).unwrap();
+    let mut server = OperatorServer::open(fleet.daemon.address()).unwrap();
     let address = fleet.daemon.address();
     std::thread::scope(|scope| {
-        let operator = scope.spawn(|| {
-            let node = Node::new(address, "operator").unwrap();
-            OperatorClient::open(&node).unwrap().ask(&Request::Status, TIMEOUT)
-        });
+        let operator = scope.spawn(|| OperatorClient::new(address).ask(&Request::Status, TIMEOUT));
         let responder = loop {
             poll(&mut [PollFd::new(&server, PollFlags::IN)], Some(&Timespec { tv_sec: 10, tv_nsec: 0 })).unwrap();
             if let Some((_, responder)) = server.take() {
                 break responder;
             }
         };
-        responder.reply(&Reply::Refused { problem: "x".repeat(100_000), hint: None });
+        responder.reply(&Reply::Refused { problem: "x".repeat(5 << 20), hint: None });
         assert!(matches!(operator.join().unwrap(), Ok(Reply::Refused { problem, .. }) if problem.len() < 100));
     });
 }

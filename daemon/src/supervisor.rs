@@ -161,7 +161,7 @@ impl Supervisor {
             gate: Gate::create(&address, sizes.max_robots)?,
             orders: OrderSender::open(&node)?,
             notices: NoticeReceiver::open(&node)?,
-            operators: OperatorServer::open(&node)?,
+            operators: OperatorServer::open(&address)?,
             observer: WorldObserver::open(&node)?,
             coordinator: Coordinator::new(scenario),
             address,

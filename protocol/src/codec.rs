@@ -10,12 +10,15 @@ pub enum CodecError {
     /// The value cannot be written.
     #[error("cannot encode: {0}")]
     Encode(#[from] bincode::error::EncodeError),
-    /// The bytes are no such value.
+    /// The bytes are not such a value.
     #[error("cannot decode: {0}")]
     Decode(#[from] bincode::error::DecodeError),
     /// Bytes are left over.
     #[error("cannot decode: {0} bytes left over")]
     LeftOver(usize),
+    /// The input is larger than anything that is sent or stored.
+    #[error("cannot decode: {0} bytes are too many")]
+    TooLarge(usize),
 }
 
 /// The value as bytes.
@@ -26,11 +29,56 @@ pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, CodecError> {
     Ok(bincode::serde::encode_to_vec(value, bincode::config::standard())?)
 }
 
-/// The value that the bytes hold, all of them.
+/// The value that the bytes hold, all of them. Bytes that claim to hold more than they can are refused before memory is
+/// taken for it: decoding takes at most [`EXPANSION_MAX`] times the length of the input, and some kilobytes.
 ///
 /// # Errors
-/// When the bytes are no such value, or hold more than it.
+/// When the bytes are not such a value, or hold more than it.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
-    let (value, used) = bincode::serde::decode_from_slice(bytes, bincode::config::standard())?;
+    // bincode's limit is a constant: the smallest of these that the input may need.
+    macro_rules! decode_within {
+        ($($limit:literal)*) => {
+            match bytes.len().saturating_mul(EXPANSION).saturating_add(1024) {
+                $(needed if needed <= 1 << $limit => decode_limited::<T, { 1 << $limit }>(bytes),)*
+                _ => Err(CodecError::TooLarge(bytes.len())),
+            }
+        };
+    }
+    decode_within!(12 14 16 18 20 22 24 26 28 30 32 34 36)
+}
+
+/// A number of eight bytes may be encoded in one, and bincode counts it as eight.
+const EXPANSION: usize = 8;
+/// What decoding takes, as a multiple of the input, beyond some kilobytes: the limits are a factor of four apart.
+pub const EXPANSION_MAX: usize = 4 * EXPANSION;
+
+fn decode_limited<T: DeserializeOwned, const LIMIT: usize>(bytes: &[u8]) -> Result<T, CodecError> {
+    let config = bincode::config::standard().with_limit::<LIMIT>();
+    let (value, used) = bincode::serde::decode_from_slice(bytes, config)?;
     if used < bytes.len() { Err(CodecError::LeftOver(bytes.len() - used)) } else { Ok(value) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator_to_daemon::Request;
+
+    #[test]
+    fn a_length_that_the_input_cannot_hold_is_refused_before_memory_is_taken_for_it() {
+        // A task for a robot whose name has 2^62 bytes.
+        assert!(decode::<Request>(&[0x02, 0xfd, 0, 0, 0, 0, 0, 0, 0, 0x40]).is_err());
+        // Lists of as many elements: nothing is reserved for what does not come.
+        assert!(decode::<Vec<u64>>(&[0xfd, 0, 0, 0, 0, 0, 0, 0, 0x40, 1]).is_err());
+        assert!(decode::<Vec<String>>(&[0xfd, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 1, 65]).is_err());
+    }
+
+    #[test]
+    fn what_fits_is_read_whatever_its_size() {
+        for count in [0, 1, 100, 10_000, 1_000_000] {
+            let small: Vec<u64> = vec![1; count];
+            assert_eq!(decode::<Vec<u64>>(&encode(&small).unwrap()).unwrap(), small);
+            let text = "x".repeat(count);
+            assert_eq!(decode::<String>(&encode(&text).unwrap()).unwrap(), text);
+        }
+    }
 }

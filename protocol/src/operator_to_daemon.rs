@@ -2,6 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
+/// anything else.
+pub const PROTOCOL_VERSION: u32 = 1;
+
 /// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {

@@ -3,7 +3,7 @@
 use crate::cli::FleetArg;
 use crate::exit::{self, Failure};
 use bus::clean::{FleetEntry, list_fleets};
-use bus::{Address, Node, OperatorClient};
+use bus::{Address, OperatorClient};
 use protocol::operator_to_daemon::{Reply, Request};
 use std::time::Duration;
 
@@ -49,8 +49,7 @@ fn pick(wanted: Option<&str>, ids: &[&str]) -> Result<usize, Failure> {
 /// # Errors
 /// With exit code 3 when it cannot be asked or does not answer, with 2 when it refuses.
 pub fn ask(address: &Address, request: &Request) -> Result<Reply, Failure> {
-    let node = Node::new(address, "operator")?;
-    let reply = OperatorClient::open(&node)?.ask(request, PATIENCE)?;
+    let reply = OperatorClient::new(address).ask(request, PATIENCE)?;
     match reply {
         Reply::Refused { problem, hint } => Err(Failure::from_text(exit::USAGE, &problem).hints(hint)),
         reply => Ok(reply),
