@@ -14,7 +14,7 @@ use shoal_bus::{
     FramePublisher, FrameSubscriber, Gate, Metric, Node, NoticeSender, Poses, RobotReader, RobotWriter, Services,
     Sizes, StatsWriter, Strips, WorldReader, WorldWriter, clean,
 };
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 fn check(max_robots: u32, shape_pieces: u32) {
     let sizes = Sizes { max_robots, shape_pieces };
