@@ -1,12 +1,13 @@
 //! The coordinator: which process should run, and what the world must be told. Pure: facts in, actions out.
 //!
 //! The world decides who takes part and when (it owns the ticks); the coordinator owns the processes. It turns the
-//! world's expectations into spawns, and what happens to processes into facts for the world. Operators talk to it.
+//! world's expectations into spawns, and what happens to processes into facts for the world. Operators talk to it
+//! (`operators.rs`).
 
-use planners::{Kind, ParamValues};
+mod operators;
+
 use protocol::Seat;
 use protocol::daemon_to_world::{Absence, Order};
-use protocol::operator_to_daemon::{Reply, Request};
 use protocol::world_to_daemon::{Event, Notice};
 use scenarios::{Scenario, StragglerPolicy, What};
 use std::time::Duration;
@@ -283,87 +284,6 @@ impl Coordinator {
         self.stopping = true;
     }
 
-    /// An operator asks for something. `near` says whether a robot of that radius would overlap a body at a place.
-    /// Status needs measurements and is the shell's to answer.
-    pub fn request(&mut self, request: &Request, near: &dyn Fn([f64; 2], f64) -> Option<u32>) -> Reply {
-        match request {
-            Request::Status => refused("status is not the coordinator's to give", None),
-            Request::Add(new) => self.add(new, near),
-            Request::Task { robot, goal_m, now } => self.task(robot, *goal_m, *now),
-        }
-    }
-
-    fn add(
-        &mut self,
-        new: &protocol::operator_to_daemon::NewRobot,
-        near: &dyn Fn([f64; 2], f64) -> Option<u32>,
-    ) -> Reply {
-        let slots = self.scenario.fleet.max_robots;
-        if self.scenario.robots.len() >= slots {
-            return refused(
-                &format!("the fleet is full: {slots} robots"),
-                Some("start it with a larger `fleet.max_robots` (`--set fleet.max_robots=N`)"),
-            );
-        }
-        let kind = match new.kind.as_deref() {
-            None => None,
-            Some("point") => Some(Kind::Point),
-            Some("unicycle") => Some(Kind::Unicycle),
-            Some("two-link-arm") => Some(Kind::TwoLinkArm), // refused below, with the reason
-            Some(other) => {
-                return refused(&format!("unknown kind `{other}`"), Some("known kinds: point, unicycle"));
-            }
-        };
-        let wish = scenarios::NewRobot {
-            id: new.id.clone(),
-            kind,
-            radius_m: None,
-            start: new.start_m.into(),
-            start_yaw_rad: new.start_yaw_rad,
-            goals: vec![new.goal_m.into()],
-            planner: new.planner.clone(),
-            params: ParamValues::new(),
-        };
-        let robot = match scenarios::add_robot(&self.scenario, &wish) {
-            Ok(robot) => robot,
-            Err(problems) => return refused(problems.to_string().trim_end(), None),
-        };
-        if let Some(slot) = near([robot.start.x, robot.start.y], robot.radius_m) {
-            let name = self.name(slot).to_owned();
-            return refused(
-                &format!("start: robot `{name}` is there"),
-                Some("choose another start, or try again later"),
-            );
-        }
-        let slot = self.scenario.robots.len() as u32;
-        let reply = Reply::Added { robot: robot.id.clone(), slot };
-        self.actions.push(Action::Order(Order::Admit { slot, robot: Box::new(robot.clone()) }));
-        self.scenario.robots.push(robot);
-        self.members.push(Member::new(slot));
-        reply
-    }
-
-    fn task(&mut self, name: &str, goal_m: [f64; 2], now: bool) -> Reply {
-        let robots = &self.scenario.robots;
-        let Some(slot) = robots.iter().position(|robot| robot.id == name) else {
-            let known: Vec<&str> = robots.iter().map(|robot| robot.id.as_str()).collect();
-            return refused(
-                &format!("there is no robot `{name}`"),
-                Some(&format!("known robots: {}", known.join(", "))),
-            );
-        };
-        if let Some(problem) = scenarios::goal_problem(&self.scenario, &robots[slot], goal_m.into()) {
-            return refused(&problem, Some("choose a goal in free space inside the world"));
-        }
-        if self.members[slot].state == State::Left {
-            return refused(&format!("robot `{name}` has left"), None);
-        }
-        let task = self.tasks;
-        self.tasks += 1;
-        self.actions.push(Action::Order(Order::Task { task, slot: slot as u32, goal_m, now }));
-        Reply::Tasked { task }
-    }
-
     /// Starts the seat's process, after the process of the life before it is gone.
     fn expect(&mut self, seat: Seat) {
         if self.stopping {
@@ -426,10 +346,6 @@ impl Member {
     }
 }
 
-fn refused(problem: &str, hint: Option<&str>) -> Reply {
-    Reply::Refused { problem: problem.to_owned(), hint: hint.map(str::to_owned) }
-}
-
 /// Whether an entry of the log is worth a line while the run goes on: the first robots' joining is not, and who has
 /// arrived is counted in the live line.
 pub fn is_news(event: &Event) -> bool {
@@ -446,137 +362,4 @@ pub fn describe(scenario: &Scenario, event: &Event) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const ALL_READY: &dyn Fn(Seat) -> bool = &|_| true;
-    const NOBODY_NEAR: &dyn Fn([f64; 2], f64) -> Option<u32> = &|_, _| None;
-
-    fn seat(slot: u32, incarnation: u32) -> Seat {
-        Seat { slot, incarnation }
-    }
-
-    /// Two robots that are there from the start, started and in the world.
-    fn running(set: &[&str]) -> Coordinator {
-        let entry = scenarios::find_catalog("head-on").expect("it is in the catalog");
-        let set = set.iter().map(|text| (*text).to_owned()).collect();
-        let overrides = scenarios::Overrides { set, ..scenarios::Overrides::default() };
-        let scenario = scenarios::parse(entry.name, entry.text, &overrides).expect("it is valid");
-        let mut coordinator = Coordinator::new(scenario);
-        coordinator.begin();
-        let spawns = coordinator.take_actions();
-        assert_eq!(spawns, [Action::Spawn(seat(0, 0)), Action::Spawn(seat(1, 0))]);
-        for slot in [0, 1] {
-            coordinator.spawned(seat(slot, 0), 100 + slot, Duration::ZERO);
-            coordinator.notice(Notice::Expect { seat: seat(slot, 0), tick: 0 });
-            coordinator.notice(Notice::Entered { seat: seat(slot, 0), tick: 0 });
-        }
-        assert_eq!(coordinator.take_actions(), [], "the world asks for what was begun already");
-        coordinator
-    }
-
-    fn killed() -> Ending {
-        Ending { signal: Some(9), code: None }
-    }
-
-    fn died(who: Seat) -> Action {
-        Action::Order(Order::Absent { seat: who, cause: Absence::Died { signal: Some(9), code: None } })
-    }
-
-    #[test]
-    fn a_death_is_a_fact_for_the_world() {
-        let mut coordinator = running(&[]);
-        coordinator.exited(seat(1, 0), killed());
-        assert_eq!(coordinator.take_actions(), [died(seat(1, 0))]);
-        assert_eq!(coordinator.members()[1].state, State::Dead);
-    }
-
-    #[test]
-    fn the_next_life_starts_when_the_old_process_is_reaped() {
-        let mut coordinator = running(&[]);
-        coordinator.notice(Notice::Kill { seat: seat(0, 0) });
-        coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
-        let actions = coordinator.take_actions();
-        assert!(actions.iter().all(|action| *action == Action::Signal(seat(0, 0), Signal::Kill)), "{actions:?}");
-        coordinator.exited(seat(0, 0), killed());
-        assert_eq!(coordinator.take_actions(), [died(seat(0, 0)), Action::Spawn(seat(0, 1))]);
-        coordinator.spawned(seat(0, 1), 200, Duration::ZERO);
-        coordinator.exited(seat(0, 0), killed());
-        assert_eq!(coordinator.take_actions(), [], "nobody minds an older life");
-    }
-
-    #[test]
-    fn a_stop_is_a_matter_of_policy_unless_the_timeline_asked_for_it() {
-        for (policy, expected) in [("wait", 0), ("hold", 1), ("drop", 1)] {
-            let mut coordinator = running(&[&format!("fleet.straggler={policy:?}")]);
-            coordinator.stopped(seat(0, 0));
-            assert_eq!(coordinator.take_actions().len(), expected, "{policy}");
-            assert_eq!(coordinator.members()[0].state, State::Stopped);
-            coordinator.continued(seat(0, 0));
-            assert_eq!(coordinator.members()[0].state, State::Running);
-        }
-        let mut coordinator = running(&[]);
-        coordinator.notice(Notice::Pause { seat: seat(0, 0) });
-        coordinator.stopped(seat(0, 0));
-        assert_eq!(coordinator.take_actions(), [Action::Signal(seat(0, 0), Signal::Stop)]);
-    }
-
-    #[test]
-    fn whoever_is_not_ready_in_time_is_given_up() {
-        let mut coordinator = running(&["fleet.start_limit_s=2"]);
-        coordinator.exited(seat(0, 0), killed());
-        coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
-        coordinator.take_actions();
-        coordinator.time(Duration::from_secs(10), &|_| false);
-        assert_eq!(coordinator.take_actions(), [], "it is not even started");
-        coordinator.spawned(seat(0, 1), 200, Duration::from_secs(10));
-        coordinator.take_actions();
-        coordinator.time(Duration::from_secs(13), ALL_READY);
-        assert_eq!(coordinator.take_actions(), [], "it waits for its tick, and is ready");
-        coordinator.time(Duration::from_secs(11), &|_| false);
-        assert_eq!(coordinator.take_actions(), [], "there is time left");
-        coordinator.time(Duration::from_secs(13), &|_| false);
-        let given_up = Action::Order(Order::Absent { seat: seat(0, 1), cause: Absence::NotStarted });
-        assert_eq!(coordinator.take_actions(), [given_up, Action::Signal(seat(0, 1), Signal::Kill)]);
-    }
-
-    #[test]
-    fn the_second_interrupt_ends_everything_at_once() {
-        let mut coordinator = running(&[]);
-        coordinator.interrupt();
-        assert!(coordinator.take_actions().contains(&Action::Order(Order::Stop)));
-        coordinator.interrupt();
-        assert_eq!(coordinator.take_actions(), [Action::KillFleet]);
-    }
-
-    #[test]
-    fn operators_are_served_or_told_why_not() {
-        let add = |id: &str, start_m| {
-            let new = protocol::operator_to_daemon::NewRobot {
-                id: Some(id.to_owned()),
-                start_m,
-                goal_m: [0.0, 2.5],
-                ..Default::default()
-            };
-            Request::Add(new)
-        };
-        let mut coordinator = running(&["fleet.max_robots=3"]);
-        let refusal = |reply| match reply {
-            Reply::Refused { problem, .. } => problem,
-            other => panic!("not refused: {other:?}"),
-        };
-        assert!(refusal(coordinator.request(&add("east", [0.0, -2.0]), NOBODY_NEAR)).contains("taken"));
-        let near: &dyn Fn([f64; 2], f64) -> Option<u32> = &|_, _| Some(1);
-        assert!(refusal(coordinator.request(&add("north", [0.0, -2.0]), near)).contains("is there"));
-        assert_eq!(coordinator.take_actions(), []);
-        let added = coordinator.request(&add("north", [0.0, -2.0]), NOBODY_NEAR);
-        assert_eq!(added, Reply::Added { robot: "north".to_owned(), slot: 2 });
-        assert!(matches!(&coordinator.take_actions()[..], [Action::Order(Order::Admit { slot: 2, .. })]));
-        assert!(refusal(coordinator.request(&add("south", [0.0, -2.0]), NOBODY_NEAR)).contains("full"));
-
-        let task = |robot: &str, goal_m| Request::Task { robot: robot.to_owned(), goal_m, now: false };
-        assert_eq!(coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR), Reply::Tasked { task: 0 });
-        assert!(refusal(coordinator.request(&task("nobody", [0.0, 1.0]), NOBODY_NEAR)).contains("no robot"));
-        assert!(refusal(coordinator.request(&task("north", [1e9, 1.0]), NOBODY_NEAR)).contains("outside"));
-    }
-}
+mod tests;
