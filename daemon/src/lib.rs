@@ -12,6 +12,7 @@
 
 pub mod cli;
 pub mod coordinator;
+pub mod ending;
 pub mod exit;
 pub mod file;
 pub mod guardian;

@@ -1,13 +1,14 @@
 //! `shoal run`: a scenario from its text to its report.
 
 use crate::cli::{FilterArg, RunArgs};
+use crate::ending::Finished;
 use crate::exit::Failure;
 use crate::progress::{Progress, ProgressState};
 use crate::record::RecordPlace;
 use crate::report::{self, ProcessFacts, RobotFacts, RunFacts, sink};
 use crate::signals::Interrupted;
 use crate::source;
-use crate::supervisor::{self, Finished, Watch};
+use crate::supervisor::{self, Watch};
 use crate::{coordinator, measured, single};
 use bus::clock;
 use protocol::world_to_daemon::{Notice, Outcome};

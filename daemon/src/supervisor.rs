@@ -2,9 +2,10 @@
 //! decides, and tells it what became of it.
 
 use crate::coordinator::{Action, Coordinator, Ending, Signal};
-use crate::exit::{self, Failure};
+use crate::ending::{Finished, fail_on_full_memory};
+use crate::exit::Failure;
 use crate::guardian::Guardian;
-use crate::processes::{Children, Measured};
+use crate::processes::Children;
 use crate::signals::Signals;
 use bus::{Address, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes};
 use bus::{WorldObserver, clean, clock};
@@ -12,7 +13,6 @@ use protocol::Seat;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
-use protocol::world_to_daemon::Outcome;
 use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal as Kill};
@@ -23,36 +23,6 @@ use std::time::Duration;
 
 /// How often the daemon looks at the clock while nothing happens.
 const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
-/// How often it looks while the agents go.
-const FAREWELL_BEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
-/// How long the agents have to end by themselves once the run is over.
-const FAREWELL: Duration = Duration::from_millis(1500);
-/// SIGBUS: what writing into a full tmpfs does.
-const SIGBUS: i32 = 7;
-
-/// What a run came to.
-pub struct Finished {
-    /// Where it lived; nothing should be left there.
-    pub address: Address,
-    /// Ground truth.
-    pub outcome: Outcome,
-    /// The scenario, with the robots that were added.
-    pub scenario: Scenario,
-    /// Every process that ran, and what it used. The world has no seat.
-    pub processes: Vec<(Option<Seat>, u32, Measured)>,
-    /// Statistics that the processes left, by name.
-    pub stats: Vec<(String, bus::StatsSnapshot)>,
-    /// From the first tick to the end of the last, s.
-    pub wall_time_s: f64,
-    /// From the first spawn to the first tick, ms.
-    pub startup_ms: Option<f64>,
-    /// Shared memory that the fleet took, bytes.
-    pub shm_bytes: u64,
-    /// Somebody asked for the end before its time.
-    pub interrupted: bool,
-    /// Why there is no record, if one was wanted and there is none.
-    pub record_failed: Option<String>,
-}
 
 /// A fleet whose first tick has begun.
 pub struct FleetView<'a> {
@@ -87,21 +57,21 @@ pub enum Who {
 
 /// One fleet, from its creation to its end.
 pub struct Supervisor {
-    address: Address,
-    coordinator: Coordinator,
-    children: Children,
-    gate: Gate,
+    pub(crate) address: Address,
+    pub(crate) coordinator: Coordinator,
+    pub(crate) children: Children,
+    pub(crate) gate: Gate,
     orders: OrderSender,
-    notices: NoticeReceiver,
+    pub(crate) notices: NoticeReceiver,
     operators: OperatorServer,
     observer: WorldObserver,
-    signals: Signals,
-    world_ending: Option<Ending>,
+    pub(crate) signals: Signals,
+    pub(crate) world_ending: Option<Ending>,
     /// Somebody wants the end at once.
-    killed: bool,
+    pub(crate) killed: bool,
     /// Whoever watches has seen enough.
     enough: bool,
-    spawned_ns: u64,
+    pub(crate) spawned_ns: u64,
     node: Node,
     _services: Services,
     guardian: Guardian,
@@ -225,62 +195,14 @@ impl Supervisor {
         Ok(())
     }
 
-    /// The world has ended: take stock, let the agents go, read what they left.
-    fn finish(&mut self, watch: &mut dyn Watch) -> Result<Finished, Failure> {
-        if self.killed {
-            return Err(Failure { code: exit::INTERRUPTED, lines: Vec::new() });
-        }
-        self.coordinator.stopping();
-        while let Some(notice) = self.notices.take() {
-            self.coordinator.notice(notice);
-        }
-        self.act(Some(watch))?;
-        self.show(watch);
-
-        self.children.measure_all();
-        let shm_bytes = clean::usage(&self.address);
-        let (start_ns, end_ns) = (self.gate.start_ns(), self.gate.progress().stamp_ns);
-        self.gate.stop();
-        let farewell = now();
-        while self.children.any() && now() - farewell < FAREWELL {
-            let _ = poll(&mut [PollFd::new(&self.signals, PollFlags::IN)], Some(&FAREWELL_BEAT));
-            let _ = self.signals.take_interrupts();
-            self.reap()?;
-        }
-        self.children.kill_all();
-
-        let Some(outcome) = self.outcome() else {
-            let ending = self.world_ending.map_or("is gone".to_owned(), |ending| ending.describe());
-            let mut failure = Failure::environment(format!("world-sim {ending} before the run was over"));
-            if let Some(words) = self.children.last_words("world") {
-                failure = failure.hint(format!("its last words: {words}"));
-            }
-            return Err(failure.hint("the run has no outcome; everything of it has been removed"));
-        };
-        Ok(Finished {
-            address: self.address.clone(),
-            outcome,
-            scenario: self.coordinator.scenario().clone(),
-            processes: self.children.take_measured(),
-            stats: bus::stats::read_all(&self.address)?,
-            wall_time_s: start_ns.map_or(0.0, |start_ns| end_ns.saturating_sub(start_ns) as f64 * 1e-9),
-            startup_ms: start_ns.map(|start_ns| start_ns.saturating_sub(self.spawned_ns) as f64 * 1e-6),
-            shm_bytes,
-            interrupted: self.coordinator.interrupted(),
-            record_failed: self
-                .left_by_world(world_sim::shell::RECORD_FAILED_FILE)
-                .map(|cause| String::from_utf8_lossy(&cause).into_owned()),
-        })
-    }
-
-    fn show(&self, watch: &mut dyn Watch) {
+    pub(crate) fn show(&self, watch: &mut dyn Watch) {
         let progress = self.gate.progress();
         let start_ns = self.gate.start_ns().unwrap_or(progress.stamp_ns);
         watch.progress(&progress, progress.stamp_ns.saturating_sub(start_ns) as f64 * 1e-9);
     }
 
     /// Finds out which processes ended, were stopped, or go on.
-    fn reap(&mut self) -> Result<(), Failure> {
+    pub(crate) fn reap(&mut self) -> Result<(), Failure> {
         for (who, change) in self.children.changes() {
             match (who, change) {
                 (Who::World, Change::Ended(ending)) => {
@@ -306,7 +228,7 @@ impl Supervisor {
     }
 
     /// Does what the coordinator decided.
-    fn act(&mut self, mut watch: Option<&mut dyn Watch>) -> Result<(), Failure> {
+    pub(crate) fn act(&mut self, mut watch: Option<&mut dyn Watch>) -> Result<(), Failure> {
         loop {
             let actions = self.coordinator.take_actions();
             if actions.is_empty() {
@@ -417,19 +339,10 @@ impl Supervisor {
             robots,
         }
     }
-
-    fn outcome(&self) -> Option<Outcome> {
-        codec::decode(&self.left_by_world(world_sim::shell::OUTCOME_FILE)?).ok()
-    }
-
-    fn left_by_world(&self, name: &str) -> Option<Vec<u8>> {
-        #[expect(clippy::disallowed_methods, reason = "the supervisor reads what the world left")]
-        std::fs::read(self.address.file(name)).ok()
-    }
 }
 
 /// The monotonic clock.
-fn now() -> Duration {
+pub(crate) fn now() -> Duration {
     Duration::from_nanos(clock::now_ns())
 }
 
@@ -442,15 +355,6 @@ pub enum Change {
     Stopped,
     /// It goes on.
     Continued,
-}
-
-/// A process that dies of SIGBUS wrote into a tmpfs that had no room left.
-fn fail_on_full_memory(who: &str, ending: Ending) -> Result<(), Failure> {
-    if ending.signal == Some(SIGBUS) {
-        return Err(Failure::environment(format!("{who}: died of SIGBUS: shared memory is full"))
-            .hint("make room in /dev/shm (`df -h /dev/shm`, `shoal clean`), or mount it larger"));
-    }
-    Ok(())
 }
 
 /// Leaves a value for a process of the fleet, as a file in the root of the run.

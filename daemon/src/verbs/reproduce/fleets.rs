@@ -3,8 +3,9 @@
 mod amr_apf;
 mod decentralized_apf;
 
+use crate::ending::Finished;
 use crate::exit::Failure;
-use crate::supervisor::{self, Finished, Watch};
+use crate::supervisor::{self, Watch};
 use planners::ParamValues;
 use reproduce::row::{Rows, Series};
 use scenarios::{Overrides, Scenario};
