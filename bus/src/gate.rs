@@ -77,6 +77,10 @@ const SIGNS: usize = 16;
 const HEARD: usize = 24;
 /// In a slot: the incarnation that has met its neighbours, plus one.
 const MET: usize = 32;
+/// In a slot: the incarnation that announced itself, and the number of its process.
+const PROCESS: usize = 40;
+/// In a slot: the incarnation that cannot hear somebody it should, plus one.
+const DEAF: usize = 48;
 /// When each of the last ticks was opened, for observers; behind the slots.
 const TRACE: usize = 1024;
 
@@ -281,6 +285,20 @@ impl Gate {
 
     // ---- an agent's side
 
+    /// Says which process is the agent of this seat: the caller. Behind a wrapper it is not the one that was started.
+    pub fn announce_process(&self, seat: Seat) {
+        if let Some(word) = self.slot(seat.slot, PROCESS) {
+            word.store(u64::from(seat.incarnation) << 32 | u64::from(std::process::id()), Release);
+        }
+    }
+
+    /// Says that this robot cannot hear somebody that it should, and that its process therefore ends.
+    pub fn announce_deaf(&self, seat: Seat) {
+        if let Some(word) = self.slot(seat.slot, DEAF) {
+            word.store(u64::from(seat.incarnation) + 1, Release);
+        }
+    }
+
     /// Says that this seat can take part from now on, and tells the world.
     pub fn announce_ready(&self, seat: Seat) {
         if let Some(word) = self.slot(seat.slot, READY) {
@@ -395,6 +413,18 @@ impl Gate {
         let word = |i: usize| self.map.u64_at(PROGRESS + 8 * i).load(Relaxed);
         let (robots, arrived) = ((word(1) >> 32) as u32, word(1) as u32);
         Progress { tick: word(0), robots, arrived, contacts: word(2), stamp_ns: word(3) }
+    }
+
+    /// The process that announced itself as the agent of this seat. It may have ended since.
+    pub fn process(&self, seat: Seat) -> Option<u32> {
+        let word = self.slot(seat.slot, PROCESS)?.load(Acquire);
+        let pid = (word & u64::from(u32::MAX)) as u32;
+        (word >> 32 == u64::from(seat.incarnation) && pid != 0).then_some(pid)
+    }
+
+    /// Whether the agent of this seat ended because it could not hear somebody that it should.
+    pub fn is_deaf(&self, seat: Seat) -> bool {
+        self.slot(seat.slot, DEAF).is_some_and(|word| word.load(Acquire) == u64::from(seat.incarnation) + 1)
     }
 
     /// How many neighbours this seat heard in its newest step; 0 before the first.

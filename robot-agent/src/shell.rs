@@ -128,6 +128,7 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut Agent
         let poses = if spec.clock.mode == Mode::Realtime { Poses::Newest } else { Poses::LastTwo };
         Ports::open(&address, args.seat, sizes, poses)?
     };
+    ports.gate.announce_process(args.seat);
     ports.gate.announce_ready(args.seat);
     match agent.spec().clock.mode {
         Mode::Realtime => realtime(agent, &mut ports, &watch, adjust),

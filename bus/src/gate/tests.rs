@@ -319,3 +319,14 @@ fn no_wake_up_is_lost_in_a_crowd() {
         assert!(dead.load(Acquire));
     }
 }
+
+#[test]
+fn the_process_of_a_seat_is_that_of_its_present_life() {
+    let fleet = Fleet::new(2);
+    let (old, new) = (seat(1), Seat { slot: 1, incarnation: 1 });
+    assert_eq!((fleet.gate.process(old), fleet.gate.is_deaf(old)), (None, false));
+    fleet.gate.announce_process(new);
+    fleet.gate.announce_deaf(new);
+    let of = |seat| (fleet.gate.process(seat), fleet.gate.is_deaf(seat));
+    assert_eq!([of(new), of(old), of(seat(0))], [(Some(std::process::id()), true), (None, false), (None, false)]);
+}
