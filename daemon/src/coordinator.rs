@@ -191,16 +191,15 @@ impl Coordinator {
         });
     }
 
-    /// The shell could not start a process.
-    pub fn not_spawned(&mut self, seat: Seat, problem: &str) {
+    /// The shell could not start a process. The world's log says so, and a restart is the world's business.
+    pub fn not_spawned(&mut self, seat: Seat, problem: String) {
         self.with_current(seat, |member| member.state = State::Dead);
-        let name = self.name(seat.slot).to_owned();
-        self.actions.push(Action::Say(format!("{name} could not be started: {problem}")));
-        self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::NotStarted }));
+        self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::NotStarted { why: problem } }));
     }
 
-    /// A process ended and has been reaped.
-    pub fn exited(&mut self, seat: Seat, ending: Ending) {
+    /// A process ended and has been reaped. `words` is what it printed last; `deaf`: it says that it could not hear
+    /// somebody.
+    pub fn exited(&mut self, seat: Seat, ending: Ending, words: Option<String>, deaf: bool) {
         let Some(member) = self.members.get_mut(seat.slot as usize).filter(|member| member.seat == seat) else {
             return;
         };
@@ -212,8 +211,14 @@ impl Coordinator {
         let next = member.next.take();
         if was != State::Left && !self.stopping {
             let cause = match was {
-                State::Starting if ending.signal.is_none() => Absence::NotStarted,
-                _ => Absence::Died { signal: ending.signal, code: ending.code },
+                _ if deaf => Absence::Deaf { why: words.unwrap_or_default() },
+                State::Starting if ending.signal.is_none() => {
+                    let ended = format!("its process {}", ending.describe());
+                    Absence::NotStarted {
+                        why: words.map_or_else(|| ended.clone(), |words| format!("{ended}: {words}")),
+                    }
+                }
+                _ => Absence::Died { signal: ending.signal, code: ending.code, words: words.unwrap_or_default() },
             };
             self.actions.push(Action::Order(Order::Absent { seat, cause }));
         }
@@ -258,7 +263,8 @@ impl Coordinator {
             .filter(|seat| !ready(*seat))
             .collect();
         for seat in late {
-            self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::NotStarted }));
+            let why = format!("not ready within {} s", self.scenario.fleet.start_limit_s);
+            self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::NotStarted { why } }));
             self.signal(seat, Signal::Kill, Some(State::Dead));
         }
     }

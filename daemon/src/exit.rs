@@ -49,6 +49,15 @@ impl Failure {
         Failure::new(ENVIRONMENT, message)
     }
 
+    /// What is wrong first of all.
+    pub fn message(&self) -> &str {
+        let of = |line: &Line| matches!(line, Line::Error(_));
+        match self.lines.iter().find(|line| of(line)) {
+            Some(Line::Error(text) | Line::Hint(text)) => text,
+            None => "",
+        }
+    }
+
     /// A failure told by a text that may have several lines, some of which begin with `error: ` or `hint: `.
     pub fn from_text(code: i32, text: &str) -> Failure {
         let lines = (text.lines())

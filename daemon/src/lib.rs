@@ -13,6 +13,7 @@
 pub mod cli;
 pub mod coordinator;
 pub mod ending;
+pub mod executables;
 pub mod exit;
 pub mod file;
 pub mod guardian;

@@ -1,17 +1,17 @@
 //! The processes of a fleet: starting, watching, measuring and ending them.
 
 use crate::coordinator::Ending;
+use crate::executables::{Executables, cannot_start};
 use crate::exit::Failure;
 use crate::scheduling::schedule;
 use crate::supervisor::{Change, Who};
 use bus::Address;
 use protocol::Seat;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process, kill_process_group, waitid};
-use scenarios::{Processes, Scenario};
+use scenarios::Processes;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
-use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -44,6 +44,7 @@ pub struct Children {
     root: PathBuf,
     logs: PathBuf,
     scheduling: Processes,
+    executables: Executables,
     /// The process group of the fleet: what agents of others start is in it as well.
     group: Option<Pid>,
     all: Vec<Child>,
@@ -52,13 +53,14 @@ pub struct Children {
 }
 
 impl Children {
-    /// Nobody yet; they will be scheduled like this.
-    pub fn new(address: &Address, scheduling: Processes) -> Children {
+    /// Nobody yet; they will be scheduled like this, and robots that name an agent get it from among these.
+    pub fn new(address: &Address, scheduling: Processes, executables: Executables) -> Children {
         let root = address.root().to_path_buf();
         Children {
             logs: root.clone(),
             root,
             scheduling,
+            executables,
             group: None,
             all: Vec::new(),
             alive: BTreeMap::new(),
@@ -84,16 +86,18 @@ impl Children {
     /// Starts the agent of a seat: shoal's own, or the executable that the robot names.
     ///
     /// # Errors
-    /// When it cannot be started.
-    pub fn spawn_agent(&mut self, seat: Seat, program: Option<&str>) -> io::Result<u32> {
+    /// When it cannot be started, in words.
+    pub fn spawn_agent(&mut self, seat: Seat, program: Option<&str>) -> Result<u32, String> {
+        let program = program.map(|name| self.executables.path(name));
         #[expect(clippy::disallowed_methods, reason = "the supervisor starts the agents")]
-        let mut command = program.map_or_else(|| shoal("agent"), Command::new);
+        let mut command = program.as_ref().map_or_else(|| shoal("agent"), Command::new);
         command.arg("--root").arg(&self.root);
         command.arg("--slot").arg(seat.slot.to_string()).arg("--incarnation").arg(seat.incarnation.to_string());
         if seat.incarnation > 0 {
             close_on_exec();
         }
-        self.spawn(command, &robot_agent::shell::spec_file(seat), Who::Agent(seat))
+        let started = self.spawn(command, &robot_agent::shell::spec_file(seat), Who::Agent(seat));
+        started.map_err(|error| cannot_start(program.as_deref().unwrap_or(Path::new("shoal agent")), &error))
     }
 
     fn spawn(&mut self, mut command: Command, name: &str, who: Who) -> io::Result<u32> {
@@ -273,28 +277,6 @@ fn pss_kib(pid: Pid) -> Option<u64> {
     let text = std::fs::read_to_string(format!("/proc/{}/smaps_rollup", pid.as_raw_pid())).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("Pss:"))?;
     line.split_whitespace().next()?.parse().ok()
-}
-
-/// Every executable that a robot names must be there before anything is started.
-///
-/// # Errors
-/// Exit code 3, naming the robot and the file.
-pub fn check_executables(scenario: &Scenario) -> Result<(), Failure> {
-    for robot in &scenario.robots {
-        if let Some(program) = &robot.agent {
-            let problem = match std::fs::metadata(Path::new(program)) {
-                Err(error) => Some(error.to_string()),
-                Ok(file) if file.is_dir() => Some("it is a directory".to_owned()),
-                Ok(file) if file.permissions().mode() & 0o111 == 0 => Some("it is not executable".to_owned()),
-                Ok(_) => None,
-            };
-            if let Some(problem) = problem {
-                return Err(Failure::environment(format!("robot `{}`: agent `{program}`: {problem}", robot.id))
-                    .hint("`agent` is the path of an executable, relative to where shoal is started"));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Children must not inherit the fleet's files: iceoryx2 opens them without close-on-exec.

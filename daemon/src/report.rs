@@ -215,6 +215,8 @@ pub enum Verdict {
     Valid,
     /// The machine, not the method, shaped the result.
     Starved,
+    /// A robot lacked something that it needed: the result is not that of the scenario.
+    Impaired,
 }
 
 /// The report.
@@ -260,8 +262,11 @@ pub struct Report {
     pub resources: ResourcesReport,
     /// What happened, in order.
     pub events: Vec<EventReport>,
-    /// Why the verdict is `starved`; empty if it is not.
+    /// Why the machine, not the method, shaped the result; empty if it did not.
     pub starved_because: Vec<String>,
+    /// Why the verdict is `impaired`; empty if it is not.
+    #[serde(default)]
+    pub impaired_because: Vec<String>,
     /// Expectations that were not met, in words; empty if all were.
     pub unmet: Vec<String>,
     /// Whether the run was interrupted.

@@ -3,6 +3,7 @@
 
 use crate::coordinator::{Action, Coordinator, Ending, Signal};
 use crate::ending::{Finished, fail_on_full_memory};
+use crate::executables::Executables;
 use crate::exit::Failure;
 use crate::guardian::Guardian;
 use crate::processes::Children;
@@ -84,23 +85,24 @@ pub struct Supervisor {
 /// When the environment fails: shared memory, an executable, a process that cannot be started, a dead world; or when
 /// the run is interrupted twice.
 pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> Result<Finished, Failure> {
-    crate::processes::check_executables(&scenario)?;
+    let executables = Executables::find(&scenario)?;
     crate::scheduling::check(&scenario.processes)?;
     // First of all: whoever ends the run from here on finds somebody who cleans.
     let signals = Signals::install()
         .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
     let address = Address::create()?;
-    let result = Supervisor::create(address.clone(), scenario, record, signals).and_then(|mut supervisor| {
-        let result =
-            supervisor.start().and_then(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
-        supervisor.children.kill_all();
-        let Supervisor { guardian, children, .. } = supervisor;
-        // Everything that killed processes left goes here; the guardian stays on guard until that is done.
-        drop(children);
-        clean::sweep(&address);
-        guardian.dismiss();
-        result
-    });
+    let result =
+        Supervisor::create(address.clone(), scenario, executables, record, signals).and_then(|mut supervisor| {
+            let result =
+                supervisor.start().and_then(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
+            supervisor.children.kill_all();
+            let Supervisor { guardian, children, .. } = supervisor;
+            // Everything that killed processes left goes here; the guardian stays on guard until that is done.
+            drop(children);
+            clean::sweep(&address);
+            guardian.dismiss();
+            result
+        });
     if result.is_err() {
         clean::sweep(&address);
     }
@@ -112,6 +114,7 @@ impl Supervisor {
     fn create(
         address: Address,
         scenario: Scenario,
+        executables: Executables,
         record: Option<&Path>,
         signals: Signals,
     ) -> Result<Supervisor, Failure> {
@@ -127,7 +130,7 @@ impl Supervisor {
         let node = Node::new(&address, "daemon")?;
         let services = Services::create(&node, sizes)?;
         Ok(Supervisor {
-            children: Children::new(&address, scenario.processes.clone()),
+            children: Children::new(&address, scenario.processes.clone(), executables),
             gate: Gate::create(&address, sizes.max_robots)?,
             orders: OrderSender::open(&node)?,
             notices: NoticeReceiver::open(&node)?,
@@ -213,12 +216,10 @@ impl Supervisor {
                 (Who::Agent(seat), Change::Ended(ending)) => {
                     let name = self.coordinator.name(seat.slot).to_owned();
                     fail_on_full_memory(&format!("robot `{name}`"), ending)?;
-                    if ending.code.is_some_and(|code| code != 0)
-                        && let Some(words) = self.children.last_words(&robot_agent::shell::spec_file(seat))
-                    {
-                        self.coordinator.say(format!("{name}: {words}"));
-                    }
-                    self.coordinator.exited(seat, ending);
+                    let words = (ending.code != Some(0))
+                        .then(|| self.children.last_words(&robot_agent::shell::spec_file(seat)))
+                        .flatten();
+                    self.coordinator.exited(seat, ending, words, self.gate.is_deaf(seat));
                 }
                 (Who::Agent(seat), Change::Stopped) => self.coordinator.stopped(seat),
                 (Who::Agent(seat), Change::Continued) => self.coordinator.continued(seat),
@@ -236,7 +237,7 @@ impl Supervisor {
             }
             for action in actions {
                 match action {
-                    Action::Spawn(seat) => self.spawn_agent(seat)?,
+                    Action::Spawn(seat) => self.spawn_agent(seat),
                     Action::Signal(seat, signal) => {
                         if let Some(pid) = self.coordinator.members()[seat.slot as usize].pid {
                             let signal = match signal {
@@ -262,20 +263,22 @@ impl Supervisor {
         }
     }
 
-    fn spawn_agent(&mut self, seat: Seat) -> Result<(), Failure> {
-        let Some(robot) = self.coordinator.scenario().robots.get(seat.slot as usize) else { return Ok(()) };
+    /// What keeps one robot from starting is said of that robot; the others go on.
+    fn spawn_agent(&mut self, seat: Seat) {
+        let Some(robot) = self.coordinator.scenario().robots.get(seat.slot as usize) else { return };
         let program = robot.agent.clone();
         let spec = AgentSpec::new(self.coordinator.scenario(), robot, seat);
-        write(&self.address, &robot_agent::shell::spec_file(seat), &spec)?;
+        if let Err(failure) = write(&self.address, &robot_agent::shell::spec_file(seat), &spec) {
+            return self.coordinator.not_spawned(seat, failure.message().to_owned());
+        }
         if seat.incarnation > 0 {
             // The life before left its ports behind: their places are needed.
             clean::janitor(&self.node);
         }
         match self.children.spawn_agent(seat, program.as_deref()) {
             Ok(pid) => self.coordinator.spawned(seat, pid, now()),
-            Err(error) => self.coordinator.not_spawned(seat, &error.to_string()),
+            Err(problem) => self.coordinator.not_spawned(seat, problem),
         }
-        Ok(())
     }
 
     /// Answers operators.

@@ -43,7 +43,7 @@ pub enum Order {
 }
 
 /// Why a process does not answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Absence {
     /// It died of this signal, or ended with this code.
     Died {
@@ -51,11 +51,21 @@ pub enum Absence {
         signal: Option<i32>,
         /// The exit code, if there was one.
         code: Option<i32>,
+        /// What it printed last; may be empty.
+        words: String,
     },
     /// It was stopped (SIGSTOP).
     Stopped,
     /// It did not answer within the straggler limit.
     Overdue,
     /// It was not ready within the start limit, or could not be started at all.
-    NotStarted,
+    NotStarted {
+        /// The cause, with the words of the kernel where it was the kernel that refused.
+        why: String,
+    },
+    /// It cannot hear a robot that it should hear, or the world cannot read its commands.
+    Deaf {
+        /// The cause, with the words of the kernel.
+        why: String,
+    },
 }

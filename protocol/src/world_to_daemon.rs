@@ -50,12 +50,20 @@ pub struct Event {
     /// At which tick.
     pub tick: u64,
     /// What: `joined`, `left`, `task`, `task-done`, `arrived`, `contact`, `killed`, `died`, `paused`, `resumed`,
-    /// `held`, `dropped`, `restarted`, `radio`, ...
+    /// `held`, `dropped`, `restarted`, `not-started`, `deaf`, `radio`, ...
     pub kind: String,
     /// Slot of the robot it is about, if it is about one.
     pub slot: Option<u32>,
     /// More about it, for people.
     pub detail: String,
+}
+
+impl Event {
+    /// Whether an event of this kind says that a robot lacked something that it needed, so that the run is not that of
+    /// its scenario.
+    pub fn impairs(kind: &str) -> bool {
+        matches!(kind, "not-started" | "deaf")
+    }
 }
 
 /// What a run came to, by ground truth. Written by the world when it ends, as a file in the root of the run.

@@ -298,7 +298,11 @@ const BODY: &[Key] = &[
     ),
     preset("restart_limit", Int { min: 1, max: 1000 }, "3", "How often, with `restart = \"on-failure\"`."),
     preset("restart_delay_s", Float(NOT_NEGATIVE), "1", "How long after it went it comes back."),
-    optional("agent", Text(4096), "The executable to start as its agent instead of shoal itself."),
+    optional(
+        "agent",
+        Text(4096),
+        "The executable to start as its agent: a path, relative to where shoal is started. PATH is not searched.",
+    ),
 ];
 
 static MOTION: Section = Section {

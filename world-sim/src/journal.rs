@@ -4,6 +4,8 @@ use protocol::world_to_daemon::{Event, Notice};
 
 /// Entries that the log holds; what comes later is only counted.
 pub(crate) const EVENTS_MAX: usize = 10_000;
+/// Entries beyond those that the log holds if they spoil the verdict: a log full of contacts must not hide them.
+const IMPAIRMENTS_MAX: usize = 1024;
 
 /// The log and the notices that nobody has taken yet.
 #[derive(Default)]
@@ -37,7 +39,8 @@ impl Journal {
     }
 
     fn keep(&mut self, event: Event) {
-        if self.events.len() < EVENTS_MAX {
+        let room = if Event::impairs(&event.kind) { EVENTS_MAX + IMPAIRMENTS_MAX } else { EVENTS_MAX };
+        if self.events.len() < room {
             self.events.push(event);
         } else {
             self.events_lost += 1;
@@ -63,6 +66,12 @@ mod tests {
         journal.note(0, "killed", 0, String::new());
         assert_eq!((journal.events.len(), journal.events_lost), (EVENTS_MAX, 6));
         assert_eq!(journal.take_notices().len(), 1, "a notice goes out even when the log is full");
+        journal.note(0, "not-started", 0, "no room".to_owned());
+        assert_eq!(
+            (journal.events.len(), journal.take_notices().len()),
+            (EVENTS_MAX + 1, 1),
+            "what spoils a verdict stays"
+        );
         assert!(journal.take_notices().is_empty());
     }
 }

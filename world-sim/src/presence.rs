@@ -207,19 +207,21 @@ impl Presence {
         }
         let waiting_to_enter = matches!(self.state, State::Awaited { .. } | State::Dead { .. });
         match cause {
-            Absence::Died { signal, code } => {
-                let detail = match (signal, code) {
+            Absence::Died { signal, code, words } => {
+                let ending = match (signal, code) {
                     (Some(signal), _) => format!("signal {signal}"),
                     (None, Some(code)) => format!("exit code {code}"),
                     (None, None) => String::new(),
                 };
-                journal.note(tick, "died", self.slot, detail);
+                let parts = [ending, words].into_iter().filter(|part| !part.is_empty());
+                journal.note(tick, "died", self.slot, parts.collect::<Vec<_>>().join(": "));
                 self.die(tick);
             }
-            Absence::NotStarted | Absence::Overdue if waiting_to_enter => {
-                // It may still come up, too late: its place is given to the next life, or to nobody.
+            Absence::NotStarted { why } if waiting_to_enter => self.not_started(why, tick, journal),
+            Absence::Overdue if waiting_to_enter => self.not_started("not ready in time".to_owned(), tick, journal),
+            Absence::Deaf { why } => {
                 journal.tell(Notice::Kill { seat });
-                journal.note(tick, "not-started", self.slot, String::new());
+                journal.note(tick, "deaf", self.slot, why);
                 self.die(tick);
             }
             Absence::Overdue if self.takes_part() || self.due(tick) => {
@@ -227,7 +229,12 @@ impl Presence {
             }
             // A stop that the timeline asked for is no news, even when it is reported late.
             Absence::Stopped if self.takes_part() => self.straggle("stopped", policy, tick, journal),
-            Absence::NotStarted | Absence::Overdue | Absence::Stopped => {}
+            // The daemon had not heard yet that it has entered.
+            Absence::NotStarted { why } => {
+                journal.note(tick, "died", self.slot, why);
+                self.die(tick);
+            }
+            Absence::Overdue | Absence::Stopped => {}
         }
     }
 
@@ -238,6 +245,13 @@ impl Presence {
         {
             *answers = true;
         }
+    }
+
+    fn not_started(&mut self, why: String, tick: u64, journal: &mut Journal) {
+        // It may still come up, too late: its place is given to the next life, or to nobody.
+        journal.tell(Notice::Kill { seat: self.seat() });
+        journal.note(tick, "not-started", self.slot, why);
+        self.die(tick);
     }
 
     fn straggle(&mut self, why: &str, policy: StragglerPolicy, tick: u64, journal: &mut Journal) {

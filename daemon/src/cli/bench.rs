@@ -121,8 +121,8 @@ Examples:
   shoal stress --hz 200 --format json > stress.json
 
 Every robot is a process that drives all the time and hears those around it.
-The verdict is `valid` or `starved`; neither changes the exit code, what a
-fleet leaves behind does (1).")]
+The verdict is `valid`, `starved` or `impaired`; it does not change the exit
+code, what a fleet leaves behind does (1).")]
 pub struct StressArgs {
     /// So many robots
     #[arg(long, value_name = "N", default_value_t = 15, allow_negative_numbers = true)]

@@ -32,15 +32,47 @@ fn killed() -> Ending {
 }
 
 fn died(who: Seat) -> Action {
-    Action::Order(Order::Absent { seat: who, cause: Absence::Died { signal: Some(9), code: None } })
+    Action::Order(Order::Absent {
+        seat: who,
+        cause: Absence::Died { signal: Some(9), code: None, words: String::new() },
+    })
 }
 
 #[test]
 fn a_death_is_a_fact_for_the_world() {
     let mut coordinator = running(&[]);
-    coordinator.exited(seat(1, 0), killed());
+    coordinator.exited(seat(1, 0), killed(), None, false);
     assert_eq!(coordinator.take_actions(), [died(seat(1, 0))]);
     assert_eq!(coordinator.members()[1].state, State::Dead);
+}
+
+#[test]
+fn the_world_learns_why_a_robot_is_not_there() {
+    let check = |state: State, code: i32, words: Option<&str>, deaf: bool, expected: Absence| {
+        let mut coordinator = running(&[]);
+        coordinator.with_current(seat(0, 0), |member| member.state = state);
+        let ending = Ending { signal: None, code: Some(code) };
+        coordinator.exited(seat(0, 0), ending, words.map(str::to_owned), deaf);
+        assert_eq!(
+            coordinator.take_actions(),
+            [Action::Order(Order::Absent { seat: seat(0, 0), cause: expected })],
+            "{state:?}"
+        );
+    };
+    let why = |text: &str| text.to_owned();
+    let not_started = |text: &str| Absence::NotStarted { why: why(text) };
+    check(State::Starting, 3, Some("no room"), false, not_started("its process ended with code 3: no room"));
+    check(State::Starting, 0, None, false, not_started("its process ended with code 0"));
+    check(State::Running, 3, Some("oh"), false, Absence::Died { signal: None, code: Some(3), words: why("oh") });
+    // Whether the daemon has heard that it entered does not matter.
+    for state in [State::Starting, State::Running] {
+        check(state, 3, Some("no files"), true, Absence::Deaf { why: why("no files") });
+    }
+
+    let mut coordinator = running(&[]);
+    coordinator.not_spawned(seat(1, 0), why("no such file"));
+    let order = Order::Absent { seat: seat(1, 0), cause: not_started("no such file") };
+    assert_eq!(coordinator.take_actions(), [Action::Order(order)], "the world's log says it, once");
 }
 
 #[test]
@@ -50,10 +82,10 @@ fn the_next_life_starts_when_the_old_process_is_reaped() {
     coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
     let actions = coordinator.take_actions();
     assert!(actions.iter().all(|action| *action == Action::Signal(seat(0, 0), Signal::Kill)), "{actions:?}");
-    coordinator.exited(seat(0, 0), killed());
+    coordinator.exited(seat(0, 0), killed(), None, false);
     assert_eq!(coordinator.take_actions(), [died(seat(0, 0)), Action::Spawn(seat(0, 1))]);
     coordinator.spawned(seat(0, 1), 200, Duration::ZERO);
-    coordinator.exited(seat(0, 0), killed());
+    coordinator.exited(seat(0, 0), killed(), None, false);
     assert_eq!(coordinator.take_actions(), [], "nobody minds an older life");
 }
 
@@ -76,7 +108,7 @@ fn a_stop_is_a_matter_of_policy_unless_the_timeline_asked_for_it() {
 #[test]
 fn whoever_is_not_ready_in_time_is_given_up() {
     let mut coordinator = running(&["fleet.start_limit_s=2"]);
-    coordinator.exited(seat(0, 0), killed());
+    coordinator.exited(seat(0, 0), killed(), None, false);
     coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
     coordinator.take_actions();
     coordinator.time(Duration::from_secs(10), &|_| false);
@@ -88,7 +120,8 @@ fn whoever_is_not_ready_in_time_is_given_up() {
     coordinator.time(Duration::from_secs(11), &|_| false);
     assert_eq!(coordinator.take_actions(), [], "there is time left");
     coordinator.time(Duration::from_secs(13), &|_| false);
-    let given_up = Action::Order(Order::Absent { seat: seat(0, 1), cause: Absence::NotStarted });
+    let why = "not ready within 2 s".to_owned();
+    let given_up = Action::Order(Order::Absent { seat: seat(0, 1), cause: Absence::NotStarted { why } });
     assert_eq!(coordinator.take_actions(), [given_up, Action::Signal(seat(0, 1), Signal::Kill)]);
 }
 

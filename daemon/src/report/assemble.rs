@@ -16,6 +16,8 @@ pub fn assemble(facts: RunFacts) -> Report {
     let resources = resources_of(&facts);
     let starved_because =
         judge::starved_because(clock.mode, clock.dt_s(), latency.as_ref(), resources.run_queue_wait_max);
+    let events = events_of(&facts);
+    let impaired_because = judge::impaired_because(&events);
     let sim_time_s = facts.outcome.ticks as f64 * clock.dt_s();
     let mut report = Report {
         schema: SCHEMA.to_string(),
@@ -31,14 +33,15 @@ pub fn assemble(facts: RunFacts) -> Report {
         wall_time_s: facts.wall_time_s,
         rtf: Some(sim_time_s / facts.wall_time_s).filter(|rtf| rtf.is_finite()),
         trajectory_hash: format!("{:016x}", facts.outcome.trajectory_hash),
-        verdict: judge::verdict(&starved_because),
+        verdict: judge::verdict(&starved_because, &impaired_because),
         exit_code: 0,
         outcome,
         per_robot: fates.iter().enumerate().map(|(slot, fate)| robot_report(&facts, slot, fate)).collect(),
         latency,
         resources,
-        events: events_of(&facts),
+        events,
         starved_because,
+        impaired_because,
         unmet: Vec::new(),
         interrupted: facts.interrupted,
         sim_time_s_max: clock.ticks_max as f64 * clock.dt_s(),

@@ -1,7 +1,8 @@
 //! What the numbers mean: were they shaped by the machine, were the expectations met, which exit code.
 
-use super::{LatencyReport, Report, Verdict};
+use super::{EventReport, LatencyReport, Report, Verdict};
 use crate::exit;
+use protocol::world_to_daemon::Event;
 use scenarios::{Expect, Mode};
 
 /// `realtime`: a larger share of missed periods is the machine's doing.
@@ -12,6 +13,8 @@ pub const WAKE_SHARE_MAX: f64 = bus::blame::WAKE_SHARE_MAX;
 pub const RUN_QUEUE_SHARE_MAX: f64 = 0.1;
 /// So many contacts are named when none was expected.
 const CONTACTS_NAMED_MAX: usize = 4;
+/// So many impairments are given as reasons; the events hold all.
+const IMPAIRMENTS_NAMED_MAX: usize = 8;
 
 /// Why the machine, not the method, shaped the result; empty if it did not.
 ///
@@ -59,9 +62,30 @@ pub fn starved_because(
     reasons
 }
 
-/// The verdict for these reasons.
-pub fn verdict(starved_because: &[String]) -> Verdict {
-    if starved_because.is_empty() { Verdict::Valid } else { Verdict::Starved }
+/// Why the result is not that of the scenario: robots that lacked something that they needed. Empty if none did.
+pub fn impaired_because(events: &[EventReport]) -> Vec<String> {
+    let impairments: Vec<&EventReport> = events.iter().filter(|event| Event::impairs(&event.kind)).collect();
+    let mut reasons: Vec<String> = (impairments.iter().take(IMPAIRMENTS_NAMED_MAX))
+        .map(|event| {
+            let robot = event.robot.as_deref().unwrap_or("?");
+            let cause = if event.detail.is_empty() { String::new() } else { format!(": {}", event.detail) };
+            format!("{robot} was {} at {:.2} s{cause}", event.kind, event.t_s)
+        })
+        .collect();
+    let more = impairments.len() - reasons.len();
+    if more > 0 {
+        reasons.push(format!("and {more} more time{} (see the events)", plural(more as u64)));
+    }
+    reasons
+}
+
+/// The verdict for these reasons. A result that is not that of the scenario says nothing about machine and method.
+pub fn verdict(starved_because: &[String], impaired_because: &[String]) -> Verdict {
+    match (impaired_because, starved_because) {
+        ([], []) => Verdict::Valid,
+        ([], _) => Verdict::Starved,
+        _ => Verdict::Impaired,
+    }
 }
 
 /// The expectations that were not met, in words that say what was expected and what was found.

@@ -1,6 +1,6 @@
 //! Fixed facts, and what becomes of them.
 
-use super::judge::{exit_code, starved_because, unmet, verdict};
+use super::judge::{exit_code, impaired_because, starved_because, unmet, verdict};
 use super::text::{Style, render};
 use super::*;
 use bus::Cause;
@@ -445,7 +445,7 @@ fn starvation() {
     };
     let check = |mode, latency: Option<LatencyReport>, wait, starved: bool| {
         let reasons = starved_because(mode, 0.02, latency.as_ref(), wait);
-        assert_eq!(verdict(&reasons) == Verdict::Starved, starved, "{mode:?} {latency:?} {wait:?}: {reasons:?}");
+        assert_eq!(verdict(&reasons, &[]) == Verdict::Starved, starved, "{mode:?} {latency:?} {wait:?}: {reasons:?}");
     };
     check(Mode::Realtime, Some(latency(10, 4000.0, 9)), Some(0.1), false); // all at their bounds
     check(Mode::Realtime, Some(latency(11, 0.0, 0)), None, true);
@@ -513,4 +513,40 @@ mod files {
         file.write(&assemble(single())).unwrap();
         assert!(!std::fs::metadata("/dev/null").unwrap().is_file());
     }
+}
+
+#[test]
+fn a_robot_that_lacked_something_spoils_the_verdict_whatever_the_timing_was() {
+    let mut facts = realtime(3);
+    facts.outcome.events.push(event(0, "not-started", 1, "cannot start `own`: Exec format error (os error 8)"));
+    facts.outcome.events.push(event(100, "deaf", 2, "board `robot/0/0`: no files"));
+    facts.latency.as_mut().unwrap().deadline_misses = Some(600);
+    let report = assemble(facts);
+    assert_eq!(report.verdict, Verdict::Impaired);
+    assert_eq!(
+        report.impaired_because,
+        [
+            "r01 was not-started at 0.00 s: cannot start `own`: Exec format error (os error 8)",
+            "r02 was deaf at 2.00 s: board `robot/0/0`: no files"
+        ]
+    );
+    assert!(!report.starved_because.is_empty(), "that it was late as well is still said");
+    let text = render(&report, Style { width: 80, color: false });
+    assert!(
+        text.contains("impaired: ") && text.contains("- r01 was not-started") && text.contains("starved: "),
+        "{text}"
+    );
+
+    // A death, a fault of the timeline, a straggler: events, no impairment.
+    let mut facts = realtime(3);
+    for kind in ["died", "killed", "paused", "held", "dropped", "restarted"] {
+        facts.outcome.events.push(event(10, kind, 1, ""));
+    }
+    let report = assemble(facts);
+    assert_eq!((report.verdict, impaired_because(&report.events)), (Verdict::Valid, Vec::new()));
+
+    let mut facts = realtime(20);
+    facts.outcome.events.extend((0..20).map(|slot| event(0, "not-started", slot, "")));
+    let reasons = assemble(facts).impaired_because;
+    assert_eq!((reasons.len(), reasons[8].as_str()), (9, "and 12 more times (see the events)"));
 }

@@ -86,7 +86,14 @@ fn headline(page: &mut Page, report: &Report) {
     for unmet in report.unmet.iter().filter(|_| !report.interrupted) {
         page.words(&format!("- {unmet}"), 2);
     }
-    if report.verdict == Verdict::Starved {
+    if report.verdict == Verdict::Impaired {
+        page.words("impaired: a robot lacked something that it needed; this is not the result of the scenario", 2);
+        for reason in &report.impaired_because {
+            page.words(&format!("- {reason}"), 2);
+        }
+        page.words("hint: `shoal doctor` checks limits, shared memory and processes of this machine", 6);
+    }
+    if !report.starved_because.is_empty() {
         let blame = report.latency.as_ref().and_then(|latency| latency.blame).filter(|blame| blame.late > 0);
         let (what, hint) = starved_words(report.mode, blame);
         page.words(&format!("starved: {what}"), 2);

@@ -9,7 +9,7 @@ use crate::exit::Failure;
 use crate::file::OutFile;
 use crate::measured::{self, seat_of};
 use crate::report::text::{blame_words, latency_lines, mode_name, percentile_cells, percentile_columns};
-use crate::report::{Column, LatencyFacts, LoopLatency, Page, Percentiles, Verdict, judge, table};
+use crate::report::{Column, LatencyFacts, LoopLatency, Page, Percentiles, judge, table};
 use crate::{out, picture};
 use bus::{Address, Counter, Gate, Metric, StatsSnapshot};
 use histogram::Spread;
@@ -184,7 +184,7 @@ impl Look {
             "mode": mode_name(self.mode),
             "tick_hz": self.tick_hz,
             "tick": self.tick,
-            "verdict": judge::verdict(&because),
+            "verdict": judge::verdict(&because, &[]),
             "starved_because": because,
             "pair_uses_dropped": self.uses_dropped(),
         });
@@ -197,10 +197,7 @@ impl Look {
 
     fn text(&self, page: &mut Page, named: bool, metric: Metric) {
         let because = self.starved_because();
-        let verdict = match judge::verdict(&because) {
-            Verdict::Valid => "valid",
-            Verdict::Starved => "starved",
-        };
+        let verdict = if because.is_empty() { "valid" } else { "starved" };
         page.words(
             &format!(
                 "fleet {}: {}, {} at {} Hz, tick {} ({:.1} s); so far {verdict}",

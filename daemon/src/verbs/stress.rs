@@ -29,6 +29,7 @@ struct Stress {
     interrupted: bool,
     verdict: Verdict,
     starved_because: Vec<String>,
+    impaired_because: Vec<String>,
     rate: Option<Rate>,
     latency: Option<LatencyReport>,
     resources: report::ResourcesReport,
@@ -113,6 +114,7 @@ impl Stress {
             interrupted: report.interrupted,
             verdict: report.verdict,
             starved_because: report.starved_because.clone(),
+            impaired_because: report.impaired_because.clone(),
             rate,
             latency: report.latency.clone(),
             cores_used: resources.cpu_s.map(|cpu_s| cpu_s / report.wall_time_s).filter(|cores| cores.is_finite()),
@@ -125,9 +127,10 @@ impl Stress {
         let verdict = match self.verdict {
             Verdict::Valid => "valid: this machine kept up",
             Verdict::Starved => "starved: this machine did not keep up",
+            Verdict::Impaired => "impaired: not every robot took part",
         };
         page.words(&format!("{verdict} with {} robots at {} Hz", self.robots, self.tick_hz), 2);
-        for reason in &self.starved_because {
+        for reason in self.impaired_because.iter().chain(&self.starved_because) {
             page.words(&format!("- {reason}"), 2);
         }
         page.gap();

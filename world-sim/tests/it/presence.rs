@@ -43,7 +43,11 @@ fn absent(incarnation: u32, cause: Absence) -> Order {
     Order::Absent { seat: seat(0, incarnation), cause }
 }
 
-const DIED: Absence = Absence::Died { signal: Some(9), code: None };
+const DIED: Absence = Absence::Died { signal: Some(9), code: None, words: String::new() };
+
+fn cannot_start() -> Absence {
+    Absence::NotStarted { why: "no room".to_owned() }
+}
 
 #[test]
 fn nothing_happens() {
@@ -55,7 +59,7 @@ fn the_timeline_joins() {
     let join = || vec![at(8, What::Join { robot: 0 })];
     let driver = check(pair(), join(), vec![], &[(8, 19, 0)], "3:Expect@8.0 8:Entered.0");
     assert_eq!(driver.world.outcome().robots[0].joined_tick, 8);
-    let none = Order::Absent { seat: seat(0, 0), cause: Absence::NotStarted };
+    let none = Order::Absent { seat: seat(0, 0), cause: cannot_start() };
     let driver = check(pair(), join(), vec![(8, none)], &[], "3:Expect@8.0 8:Kill.0");
     let robot = &driver.world.outcome().robots[0];
     assert_eq!((robot.slot, robot.gone.as_deref()), (0, Some("dead")), "it must not be forgotten");
@@ -120,7 +124,7 @@ fn a_process_dies() {
     check(restarting(1, 2), vec![], vec![died(5, 0), died(9, 1)], &[(0, 4, 0), (7, 8, 1)], story);
     // A first life that cannot start.
     let story = "0:Expect@0.0 0:Kill.0 0:Expect@2.1 2:Entered.1";
-    let orders = vec![(0, absent(0, Absence::NotStarted))];
+    let orders = vec![(0, absent(0, cannot_start()))];
     check(restarting(1, 2), vec![], orders, &[(2, 19, 1)], story);
 }
 
@@ -136,7 +140,7 @@ fn a_straggler_is_held_or_dropped() {
             scenario.fleet.straggler = policy;
             // A dropped robot's process dies of it, and is not started again.
             let died = gone.map(|_| (6, absent(0, DIED)));
-            let orders = [(5, absent(0, cause))].into_iter().chain(died).collect();
+            let orders = [(5, absent(0, cause.clone()))].into_iter().chain(died).collect();
             let driver = check(scenario, vec![], orders, &[(0, 4, 0)], story);
             assert_eq!(driver.world.outcome().robots[0].gone.as_deref(), gone);
         }
@@ -280,4 +284,18 @@ fn a_fleet_of_the_dead_is_finished() {
     assert!(!driver.world.finished());
     driver.world.order(Order::Stop);
     assert!(driver.world.finished(), "a stop is known at once");
+}
+
+#[test]
+fn a_robot_that_cannot_hear_or_be_heard_is_gone_and_may_come_back() {
+    let deaf = |incarnation| absent(incarnation, Absence::Deaf { why: "no files".to_owned() });
+    let story = "0:Expect@0.0 0:Entered.0 5:Kill.0";
+    let driver = check(pair(), vec![], vec![(5, deaf(0))], &[(0, 4, 0)], story);
+    assert_eq!(driver.logged("deaf", 0), [5]);
+    let story = "0:Expect@0.0 0:Entered.0 5:Kill.0 5:Expect@7.1 7:Entered.1";
+    check(restarting(1, 2), vec![], vec![(5, deaf(0))], &[(0, 4, 0), (7, 19, 1)], story);
+    // Its end was seen before its entry was.
+    let early = vec![(5, absent(0, cannot_start()))];
+    let driver = check(pair(), vec![], early, &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0");
+    assert_eq!((driver.logged("died", 0), driver.logged("not-started", 0)), (vec![5], vec![]));
 }
