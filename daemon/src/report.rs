@@ -278,6 +278,9 @@ pub struct Report {
     /// Where the record of the run is, for `shoal plot`; null if there is none.
     #[serde(default)]
     pub record: Option<String>,
+    /// What is questionable about the scenario, as `shoal validate` says it.
+    #[serde(default)]
+    pub warnings: Vec<String>,
 }
 
 /// How the fleet did.

@@ -3,6 +3,7 @@
 use crate::cli::{FilterArg, RunArgs};
 use crate::ending::Finished;
 use crate::exit::Failure;
+use crate::out;
 use crate::progress::{Progress, ProgressState};
 use crate::record::RecordPlace;
 use crate::report::{self, ProcessFacts, RobotFacts, RunFacts, sink};
@@ -38,6 +39,9 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
         set: options.set.clone(),
     };
     let scenario = source::load(&options.scenario, &overrides)?;
+    if !scenario.warnings.is_empty() {
+        out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
+    }
     let file = options.report.as_deref().map(sink::ReportFile::prepare).transpose()?;
     let record = options.record.as_deref().map(RecordPlace::prepare).transpose()?;
     let (mut facts, recorded) = match scenario.clock.mode {

@@ -1,7 +1,7 @@
 //! Where a scenario comes from: a file, or the catalog that ships with shoal.
 
 use crate::exit::{Failure, USAGE};
-use scenarios::{Overrides, Problems, Scenario};
+use scenarios::{Overrides, Problem, Problems, Scenario};
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -64,6 +64,19 @@ fn read_bounded(path: &Path) -> io::Result<Vec<u8>> {
 /// All problems of a scenario as one failure.
 pub fn failure(problems: &Problems) -> Failure {
     Failure::from_text(USAGE, &problems.to_string())
+}
+
+/// The warnings of a scenario as text: one line each, followed by its hint unless the same hint stands above already; no
+/// newline at the end.
+pub fn warnings(shown: &str, warnings: &[Problem], color: bool) -> String {
+    let (yellow, cyan, plain) = if color { ("\x1b[1;33m", "\x1b[1;36m", "\x1b[0m") } else { ("", "", "") };
+    let mut lines: Vec<String> = Vec::new();
+    for warning in warnings {
+        lines.push(format!("{yellow}warning:{plain} scenario `{shown}`: {warning}"));
+        let hint = warning.hint.as_ref().map(|hint| format!("{cyan}hint:{plain} {hint}"));
+        lines.extend(hint.filter(|hint| !lines.contains(hint)));
+    }
+    lines.join("\n")
 }
 
 #[cfg(test)]

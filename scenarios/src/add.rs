@@ -92,7 +92,7 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
     let source = Source { id: at("id"), start: at("start"), goal: at("goal"), waypoints: at("goal"), late: true };
     let surfaces = Surfaces::new(&scenario.obstacles);
     Ground { world: scenario.bounds, surfaces: &surfaces }.check(&robot, &source, &mut report);
-    report.finish().map(|()| robot)
+    report.finish().map(|_| robot)
 }
 
 /// What is wrong with a goal for a robot of a running fleet, if anything is.

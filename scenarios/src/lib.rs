@@ -25,6 +25,7 @@ mod schema;
 mod table;
 mod timeline;
 mod walk;
+mod warnings;
 
 pub use add::{NewRobot, add_robot, goal_problem};
 pub use catalog::{CatalogEntry, UnknownScenario, catalog, find_catalog};
@@ -61,11 +62,12 @@ pub fn parse(file_name: &str, text: &str, overrides: &Overrides) -> Result<Scena
     };
     let planner = apply(&mut document, overrides, &mut report);
     let root = walk::walk(document, &mut report);
-    let scenario = resolve::resolve(&root, stem(file_name), planner, &mut report);
+    let mut scenario = resolve::resolve(&root, stem(file_name), planner, &mut report);
     if let Some(method) = planner.and_then(planners::find) {
         check_planner(method, &scenario, Origin::Option(overrides.set.len() + 1), &mut report);
     }
-    report.finish().map(|()| scenario)
+    scenario.warnings = report.finish()?;
+    Ok(scenario)
 }
 
 /// Reports a method that replaces all others and cannot drive a single robot.

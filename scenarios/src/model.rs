@@ -3,6 +3,7 @@
 //! These types are what the world, the agents and the daemon work with. They are plain data; what a scenario file
 //! may contain, and what is wrong with it, is the business of the other modules. Lengths m, angles rad, times s.
 
+use crate::problems::Problem;
 use nalgebra::Point2;
 use planners::geometry::Capsule;
 use planners::{ArmGeometry, ArmState, Kind, Limits, ParamValues};
@@ -44,6 +45,8 @@ pub struct Scenario {
     pub events: Vec<Event>,
     /// When the run counts as a success.
     pub expect: Expect,
+    /// What is questionable about it: for people, nothing depends on it.
+    pub warnings: Vec<Problem>,
 }
 
 impl Scenario {

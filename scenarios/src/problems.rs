@@ -1,5 +1,6 @@
 //! What is wrong with a scenario: collected while checking, shown all at once.
 
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -19,8 +20,8 @@ pub(crate) enum Origin {
     Line(usize),
 }
 
-/// One thing that is wrong, and the way out.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// One thing that is wrong, or questionable, and the way out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Problem {
     /// Line of the file, counted from 1, if a line is to blame.
     pub line: Option<usize>,
@@ -90,11 +91,17 @@ impl fmt::Display for Problems {
 
 impl std::error::Error for Problems {}
 
-/// Collects problems. It keeps a few of each kind and counts the rest, so that a file with a hundred thousand
-/// mistakes costs no more to report than one with ten.
+/// Collects problems and warnings. It keeps a few of each kind and counts the rest, so that a file with a hundred
+/// thousand mistakes costs no more to report than one with ten.
 pub(crate) struct Report {
     subject: String,
     options: Vec<String>,
+    problems: Collection,
+    warnings: Collection,
+}
+
+#[derive(Default)]
+struct Collection {
     kept: Vec<(Origin, Problem)>,
     kinds: BTreeMap<String, Kind>,
 }
@@ -107,28 +114,58 @@ struct Kind {
 impl Report {
     /// `options` are the options of the command line that [`Origin::Option`] points to.
     pub(crate) fn new(subject: String, options: Vec<String>) -> Report {
-        Report { subject, options, kept: Vec::new(), kinds: BTreeMap::new() }
+        Report { subject, options, problems: Collection::default(), warnings: Collection::default() }
     }
 
     /// Adds a problem that is its own way out.
     pub(crate) fn add(&mut self, origin: Origin, key: &str, message: impl Into<String>) {
-        self.push(origin, key, message.into(), None);
+        let problem = self.problem(origin, key, message.into(), None);
+        self.problems.push(origin, problem);
     }
 
     /// Adds a problem with the way out.
     pub(crate) fn add_hint(&mut self, origin: Origin, key: &str, message: impl Into<String>, hint: impl Into<String>) {
-        self.push(origin, key, message.into(), Some(hint.into()));
+        let problem = self.problem(origin, key, message.into(), Some(hint.into()));
+        self.problems.push(origin, problem);
     }
 
-    fn push(&mut self, origin: Origin, key: &str, message: String, hint: Option<String>) {
+    /// Adds a warning: the scenario can be run, but hardly means this.
+    pub(crate) fn warn(&mut self, origin: Origin, key: &str, message: impl Into<String>, hint: impl Into<String>) {
+        let warning = self.problem(origin, key, message.into(), Some(hint.into()));
+        self.warnings.push(origin, warning);
+    }
+
+    fn problem(&self, origin: Origin, key: &str, message: String, hint: Option<String>) -> Problem {
         let (line, option) = match origin {
             Origin::Whole => (None, None),
             Origin::Option(index) => (None, self.options.get(index).cloned()),
             Origin::Line(line) => (Some(line), None),
         };
-        let problem = Problem { line, option, key: key.to_string(), message, hint };
+        Problem { line, option, key: key.to_string(), message, hint }
+    }
+
+    /// The warnings in order of the file, or the problems if there are any.
+    pub(crate) fn finish(self) -> Result<Vec<Problem>, Problems> {
+        if self.problems.kept.is_empty() {
+            let (mut warnings, more) = self.warnings.sorted();
+            warnings.extend(more.into_iter().map(|(count, example)| Problem {
+                line: None,
+                option: None,
+                key: String::new(),
+                message: format!("and {count} more like `{example}`"),
+                hint: None,
+            }));
+            return Ok(warnings);
+        }
+        let (shown, more) = self.problems.sorted();
+        Err(Problems { subject: self.subject, shown, more })
+    }
+}
+
+impl Collection {
+    fn push(&mut self, origin: Origin, problem: Problem) {
         // Too many kinds to tell apart: the rest is one kind.
-        let mut shape = shape(&format!("{key}: {}", problem.message));
+        let mut shape = shape(&format!("{}: {}", problem.key, problem.message));
         if self.kinds.len() >= KINDS && !self.kinds.contains_key(&shape) {
             shape.clear();
         }
@@ -139,21 +176,14 @@ impl Report {
         }
     }
 
-    /// The problems in order of the file, or nothing if there are none.
-    pub(crate) fn finish(mut self) -> Result<(), Problems> {
-        if self.kept.is_empty() {
-            return Ok(());
-        }
+    /// Those that are kept in order of the file, and how many more there are of which kind.
+    fn sorted(mut self) -> (Vec<Problem>, Vec<(usize, String)>) {
         self.kept.sort_by_key(|(origin, _)| *origin);
         let more = (self.kinds.into_values())
             .filter(|kind| kind.count > SHOWN_OF_A_KIND)
             .map(|kind| (kind.count - SHOWN_OF_A_KIND, kind.example))
             .collect();
-        Err(Problems {
-            subject: self.subject,
-            shown: self.kept.into_iter().map(|(_, problem)| problem).collect(),
-            more,
-        })
+        (self.kept.into_iter().map(|(_, problem)| problem).collect(), more)
     }
 }
 

@@ -12,6 +12,7 @@ use crate::processes;
 use crate::robots::{Layers, Place};
 use crate::table::ROOT;
 use crate::timeline::{self, Stage};
+use crate::warnings;
 use nalgebra::Point2;
 use planners::{Capsule, Kind};
 use std::collections::{HashMap, HashSet};
@@ -47,6 +48,7 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         ground,
     };
     let events = stage.events(root, report);
+    warnings::check(&crew.robots, &crew.sources, &events, clock, report);
     Scenario {
         name: root.text("name").unwrap_or(name).to_string(),
         description: root.text("description").unwrap_or_default().to_string(),
@@ -60,6 +62,7 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         robots: crew.robots,
         template,
         events,
+        warnings: Vec::new(),
     }
 }
 

@@ -270,7 +270,7 @@ mod tests {
                 let mut report = Report::new(section.title.to_string(), Vec::new());
                 let document = document::read(&format!("{} = {text}", key.name), &mut report).unwrap();
                 walk::check_value(key, document, &mut report);
-                assert_eq!(report.finish(), Ok(()), "{} {}", section.title, key.name);
+                assert_eq!(report.finish(), Ok(Vec::new()), "{} {}", section.title, key.name);
             }
         }
     }

@@ -153,3 +153,22 @@ fn colour_is_for_terminals() {
         assert!(!run(plain).contains("\x1b[1;"), "{plain:?}");
     }
 }
+
+#[test]
+fn warnings_are_talk_and_stand_in_the_report() {
+    let here = Here::new();
+    let robot = |id: &str, x: i32| format!("[[robot]]\nid = \"{id}\"\nstart_m = [{x}, 0]\ngoal_m = [0, 0]\n");
+    here.file("one-goal.toml", format!("[clock]\nduration_s = 2\n{}{}", robot("a", -3), robot("b", 5)));
+    let said = "line 10: robot[1].goal_m: the goals of `b` and `a` are 0.000 m apart, their bodies need 0.400 m";
+
+    let ended = here.shoal("validate one-goal.toml");
+    assert_eq!((ended.code, ended.stdout.starts_with("ok: ")), (Some(0), true), "{ended}");
+    assert!(ended.stderr.starts_with(&format!("warning: scenario `one-goal.toml`: {said}\nhint: ")), "{ended}");
+    let listed: Value = serde_json::from_str(&here.shoal("validate one-goal.toml --format json").stdout).expect("JSON");
+    assert_eq!(listed["files"][0]["warnings"][0]["line"], 10, "{listed}");
+
+    let ended = here.shoal("run one-goal.toml --mode single --format json");
+    assert!(ended.stderr.contains(said), "{ended}");
+    let report: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+    assert_eq!(report["warnings"], serde_json::json!([said]), "{ended}");
+}

@@ -47,6 +47,7 @@ pub fn assemble(facts: RunFacts) -> Report {
         sim_time_s_max: clock.ticks_max as f64 * clock.dt_s(),
         events_lost: facts.outcome.events_lost,
         record: facts.record,
+        warnings: facts.scenario.warnings.iter().map(ToString::to_string).collect(),
     };
     report.unmet = judge::unmet(&facts.scenario.expect, &report);
     let timed_out = report.ticks >= clock.ticks_max && !report.outcome.arrived_all;

@@ -59,6 +59,7 @@ fn scenario(robots: usize, mode: Mode) -> Scenario {
         template: robot(0),
         events: Vec::new(),
         expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
+        warnings: Vec::new(),
     }
 }
 

@@ -25,8 +25,13 @@ struct Entry {
     problems: Vec<ProblemEntry>,
     /// Problems that are left out because there are many like them.
     problems_more: usize,
+    /// What is questionable; the scenario can be run nevertheless.
+    warnings: Vec<ProblemEntry>,
     #[serde(skip)]
     failure: Option<Failure>,
+    /// The warnings, for people.
+    #[serde(skip)]
+    told: Vec<Problem>,
 }
 
 #[derive(Debug, Serialize)]
@@ -56,6 +61,9 @@ pub fn run(options: &ValidateArgs) -> Result<i32, Failure> {
                 match &entry.failure {
                     Some(failure) => out::fail(failure),
                     None => out::data(&ok_line(entry, all))?,
+                }
+                if !entry.told.is_empty() {
+                    out::talk(&source::warnings(&entry.file, &entry.told, out::stderr_colored()));
                 }
             }
         }
@@ -93,7 +101,9 @@ fn sound(file: String, scenario: &Scenario) -> Entry {
         events: Some(scenario.events.len()),
         problems: Vec::new(),
         problems_more: 0,
+        warnings: scenario.warnings.iter().map(problem_entry).collect(),
         failure: None,
+        told: scenario.warnings.clone(),
     }
 }
 
@@ -111,7 +121,9 @@ fn unsound(file: String, failure: Failure) -> Entry {
         events: None,
         problems: Vec::new(),
         problems_more: 0,
+        warnings: Vec::new(),
         failure: Some(failure),
+        told: Vec::new(),
     }
 }
 

@@ -1,0 +1,88 @@
+//! What can be run as it stands and yet is hardly meant: told before the run and in its report.
+
+use crate::check::Source;
+use crate::model::{Clock, Event, Robot, What};
+use crate::problems::{Origin, Report};
+use planners::Kind;
+use std::collections::HashSet;
+
+/// A robot that drives farther than this many goal tolerances in a tick jumps over its goals.
+const TOLERANCES_PER_TICK_MAX: f64 = 2.0;
+
+/// Checks a scenario whose values are right one by one.
+pub(crate) fn check(robots: &[Robot], sources: &[Source], events: &[Event], clock: Clock, report: &mut Report) {
+    goals_apart(robots, sources, events, report);
+    let coarse = |robot: &Robot| coarse_ticks(robot, clock);
+    of_robots(robots, sources, &coarse, "raise clock.tick_hz or goal_tolerance_m, or lower speed_mps_max", report);
+}
+
+/// Robots whose bodies do not fit beside each other on their last goals. A sweep along x, as for their starts.
+fn goals_apart(robots: &[Robot], sources: &[Source], events: &[Event], report: &mut Report) {
+    // Where a robot ends up that leaves, or is sent somewhere else, is no matter of its goal.
+    let elsewhere: HashSet<usize> = (events.iter())
+        .filter_map(|event| match event.what {
+            What::Leave { robot } | What::Task { robot, .. } => Some(robot),
+            _ => None,
+        })
+        .collect();
+    let stays = |slot: &usize| {
+        let robot = &robots[*slot];
+        robot.kind != Kind::TwoLinkArm && robot.goal_motion.is_none() && !elsewhere.contains(slot)
+    };
+    let mut places: Vec<(usize, nalgebra::Point2<f64>, f64)> = (0..robots.len())
+        .filter(stays)
+        .filter_map(|slot| Some((slot, *robots[slot].goals.last()?, robots[slot].radius_m)))
+        .filter(|(_, goal, _)| goal.coords.iter().all(|x| x.is_finite()))
+        .collect();
+    places.sort_by(|a, b| (a.1.x - a.2).total_cmp(&(b.1.x - b.2)).then(a.0.cmp(&b.0)));
+    for (index, &(slot, goal, radius_m)) in places.iter().enumerate() {
+        let beside = places[index + 1..].iter().take_while(|(_, other, r)| other.x - r < goal.x + radius_m);
+        let too_near = |(_, other, r): &&(usize, nalgebra::Point2<f64>, f64)| {
+            nalgebra::distance(&goal, other) < (radius_m + r) * (1.0 - 1e-9)
+        };
+        let Some(&(other, place, other_m)) = beside.into_iter().find(too_near) else { continue };
+        let (first, second) = (slot.min(other), slot.max(other));
+        let (key, origin) = &sources[second].goal;
+        let (apart_m, needed_m) = (nalgebra::distance(&goal, &place), radius_m + other_m);
+        let message = format!(
+            "the goals of `{}` and `{}` are {apart_m:.3} m apart, their bodies need {needed_m:.3} m",
+            robots[second].id, robots[first].id
+        );
+        report.warn(*origin, key, message, "who comes second cannot stay on its goal: move one of them");
+    }
+}
+
+/// Says the same of all robots for which `what` has the same to say once.
+fn of_robots(
+    robots: &[Robot],
+    sources: &[Source],
+    what: &dyn Fn(&Robot) -> Option<String>,
+    hint: &str,
+    report: &mut Report,
+) {
+    let mut said: Vec<(String, usize, usize)> = Vec::new();
+    for (slot, robot) in robots.iter().enumerate() {
+        let Some(message) = what(robot) else { continue };
+        match said.iter_mut().find(|(known, ..)| *known == message) {
+            Some((.., more)) => *more += 1,
+            None => said.push((message, slot, 0)),
+        }
+    }
+    for (message, slot, more) in said {
+        let (key, origin): (&str, Origin) = (sources[slot].id.0.trim_end_matches(".id"), sources[slot].id.1);
+        let others = match more {
+            0 => String::new(),
+            1 => " and another one".to_string(),
+            more => format!(" and {more} others"),
+        };
+        report.warn(origin, key, format!("`{}`{others}: {message}", robots[slot].id), hint);
+    }
+}
+
+fn coarse_ticks(robot: &Robot, clock: Clock) -> Option<String> {
+    let (per_tick_m, tolerance_m) = (robot.limits.speed_mps_max * clock.dt_s(), robot.goal_tolerance_m);
+    (robot.kind != Kind::TwoLinkArm && per_tick_m > TOLERANCES_PER_TICK_MAX * tolerance_m).then(|| {
+        let times = per_tick_m / tolerance_m;
+        format!("drives up to {per_tick_m:.3} m in a tick, {times:.1} times its goal tolerance of {tolerance_m} m")
+    })
+}
