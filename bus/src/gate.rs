@@ -46,7 +46,7 @@ use std::sync::atomic::Ordering::{AcqRel, Acquire, Relaxed, Release};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
 use std::time::Duration;
 
-const FILE: &str = "gate";
+pub(crate) const FILE: &str = "gate";
 const MAGIC: u64 = u64::from_le_bytes(*b"shoalGt1");
 
 // Lines of 64 bytes. What one side writes often does not share a line with what the other side reads often.

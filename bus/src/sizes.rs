@@ -14,6 +14,15 @@ pub struct Sizes {
     pub shape_pieces: u32,
 }
 
+/// With less than this free, bytes, a process that died of SIGBUS may well have found shared memory full.
+const NEARLY_FULL: u64 = 1 << 20;
+
+/// Whether shared memory is full, or nearly.
+pub fn nearly_full() -> bool {
+    rustix::fs::statvfs(crate::address::SHM)
+        .is_ok_and(|stat| stat.f_bavail.saturating_mul(stat.f_frsize) < NEARLY_FULL && stat.f_blocks > 0)
+}
+
 /// Places for the world, the daemon, observers and operators.
 const SPARE: usize = 32;
 const FILE: &str = "sizes";

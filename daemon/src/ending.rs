@@ -6,7 +6,6 @@ use crate::processes::Measured;
 use crate::supervisor::{Supervisor, Watch, now};
 use bus::{Address, clean};
 use protocol::Seat;
-use protocol::codec;
 use protocol::world_to_daemon::Outcome;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use scenarios::Scenario;
@@ -41,6 +40,8 @@ pub struct Finished {
     pub interrupted: bool,
     /// Why there is no record, if one was wanted and there is none.
     pub record_failed: Option<String>,
+    /// What went wrong around the run and did not cost its result: it was cut short, or something of it is missing.
+    pub failures: Vec<Failure>,
 }
 
 impl Supervisor {
@@ -53,7 +54,7 @@ impl Supervisor {
         while let Some(notice) = self.notices.take() {
             self.coordinator.notice(notice);
         }
-        self.act(Some(watch))?;
+        self.act(Some(watch));
         self.show(watch);
 
         self.children.measure_all();
@@ -64,49 +65,94 @@ impl Supervisor {
         while self.children.any() && now() - farewell < FAREWELL {
             let _ = poll(&mut [PollFd::new(&self.signals, PollFlags::IN)], Some(&FAREWELL_BEAT));
             let _ = self.signals.take_interrupts();
-            self.reap()?;
+            self.reap();
         }
-        self.children.kill_all();
+        self.kill_all(watch);
 
-        let Some(outcome) = self.outcome() else {
-            let ending = self.world_ending.map_or("is gone".to_owned(), |ending| ending.describe());
-            let mut failure = Failure::environment(format!("world-sim {ending} before the run was over"));
-            if let Some(words) = self.children.last_words("world") {
-                failure = failure.hint(format!("its last words: {words}"));
-            }
-            return Err(failure.hint("the run has no outcome; everything of it has been removed"));
-        };
+        let mut failures = std::mem::take(&mut self.failures);
+        let Some(end) = self.left.read() else { return Err(self.without_outcome(failures)) };
+        if !end.finished && failures.is_empty() {
+            let problem = format!("gate: somebody else stopped it at tick {}; the run was not over", end.outcome.ticks);
+            let hint = "what holds the run together is memory that every process of it, and of this user, can write";
+            failures.push(Failure::environment(problem).hint(hint));
+        }
+        let stats = self.statistics().unwrap_or_else(|failure| {
+            failures.push(failure);
+            Vec::new()
+        });
         Ok(Finished {
             address: self.address.clone(),
-            outcome,
+            outcome: end.outcome,
             scenario: self.coordinator.scenario().clone(),
             processes: self.children.take_measured(),
-            stats: bus::stats::read_all(&self.address)?,
+            stats,
             wall_time_s: start_ns.map_or(0.0, |start_ns| end_ns.saturating_sub(start_ns) as f64 * 1e-9),
             startup_ms: start_ns.map(|start_ns| start_ns.saturating_sub(self.spawned_ns) as f64 * 1e-6),
             shm_bytes,
             interrupted: self.coordinator.interrupted(),
-            record_failed: self
-                .left_by_world(world_sim::shell::RECORD_FAILED_FILE)
-                .map(|cause| String::from_utf8_lossy(&cause).into_owned()),
+            record_failed: end.record_failed,
+            failures,
         })
     }
 
-    fn outcome(&self) -> Option<Outcome> {
-        codec::decode(&self.left_by_world(world_sim::shell::OUTCOME_FILE)?).ok()
+    /// Ends every process that is left, and says which do not die.
+    pub(crate) fn kill_all(&mut self, watch: &mut dyn Watch) {
+        for pid in self.children.kill_all() {
+            watch.say(&format!("process {pid} was killed and does not end: it is traced, or hangs in the kernel"));
+        }
     }
 
-    fn left_by_world(&self, name: &str) -> Option<Vec<u8>> {
-        #[expect(clippy::disallowed_methods, reason = "the supervisor reads what the world left")]
-        std::fs::read(self.address.file(name)).ok()
+    /// What all processes have counted. Nothing of it may be missing in silence: a run without measurements is not one
+    /// without delays.
+    fn statistics(&self) -> Result<Vec<(String, bus::StatsSnapshot)>, Failure> {
+        let begun = self.gate.start_ns().is_some();
+        let missing = |why: &dyn std::fmt::Display| {
+            Failure::environment(format!("statistics: they are missing: {why}"))
+                .hint("the report is that of the whole run, but for latencies")
+        };
+        match bus::stats::read_all(&self.address) {
+            Ok(stats) if !begun || stats.iter().any(|(name, _)| name == world_sim::shell::STATS_NAME) => Ok(stats),
+            Ok(_) => Err(missing(&"somebody removed them")),
+            Err(error) => Err(missing(&error)),
+        }
+    }
+
+    /// Ground truth is lost; what the daemon has seen of the run is not.
+    fn without_outcome(&self, failures: Vec<Failure>) -> Failure {
+        let ending = self.world_ending.map_or("does not end".to_owned(), |ending| ending.describe());
+        let mut failure = Failure::environment(format!("world-sim {ending} before the run was over"));
+        let progress = self.gate.progress();
+        if self.gate.start_ns().is_some() {
+            let time_s = progress.tick as f64 * self.coordinator.scenario().clock.dt_s();
+            failure = failure.error(format!(
+                "at tick {} ({time_s:.2} s): {} of {} robots had arrived, {} contacts",
+                progress.tick, progress.arrived, progress.robots, progress.contacts
+            ));
+        }
+        if let Some(words) = self.children.last_words("world") {
+            failure = failure.hint(format!("its last words: {words}"));
+        }
+        failure = failure.hints(self.world_ending.and_then(full_memory));
+        failure.lines.splice(0..0, failures.into_iter().flat_map(|failure| failure.lines));
+        failure.hint("the run has no outcome; everything of it has been removed")
     }
 }
 
-/// A process that dies of SIGBUS wrote into a tmpfs that had no room left.
-pub(crate) fn fail_on_full_memory(who: &str, ending: Ending) -> Result<(), Failure> {
-    if ending.signal == Some(SIGBUS) {
-        return Err(Failure::environment(format!("{who}: died of SIGBUS: shared memory is full"))
-            .hint("make room in /dev/shm (`df -h /dev/shm`, `shoal clean`), or mount it larger"));
+impl Finished {
+    /// For those who have no use for a run around which something went wrong.
+    ///
+    /// # Errors
+    /// The first thing that did.
+    pub fn undisturbed(mut self) -> Result<Finished, Failure> {
+        if self.failures.is_empty() { Ok(self) } else { Err(self.failures.swap_remove(0)) }
     }
-    Ok(())
+}
+
+/// Why a process that died of SIGBUS may have died, if it is that.
+pub(crate) fn full_memory(ending: Ending) -> Option<String> {
+    (ending.signal == Some(SIGBUS) && bus::sizes::nearly_full()).then(|| {
+        "/dev/shm is full, and writing to it then ends in SIGBUS: make room (`df -h /dev/shm`, `shoal clean`), or mount \
+         it larger"
+            .to_owned()
+    })
 }

@@ -69,6 +69,12 @@ impl Failure {
         Failure { code, lines }
     }
 
+    /// Adds what else is wrong.
+    pub fn error(mut self, message: impl Into<String>) -> Failure {
+        self.lines.push(Line::Error(message.into()));
+        self
+    }
+
     /// Adds the way out.
     pub fn hint(mut self, hint: impl Into<String>) -> Failure {
         self.lines.push(Line::Hint(hint.into()));

@@ -1,7 +1,7 @@
 //! The guardian: a tiny process that cleans after a daemon that was killed.
 //!
 //! It holds the reading end of a pipe and does nothing else. When the daemon goes, for whatever reason, the pipe ends:
-//! if the run's directory is still there, the daemon had no time to clean, and the guardian ends the run's processes
+//! unless the daemon has killed it, it had no time to clean, and the guardian ends the run's processes
 //! and removes its shared memory. It runs in a process group of its own, so that a Ctrl-C meant for the daemon does
 //! not reach it. The fleet's group it learns through the pipe: agents that are not shoal's do not die with their parent,
 //! and what those start does not name the run on its command line.
@@ -41,19 +41,21 @@ impl Guardian {
         self.child.id()
     }
 
-    /// Tells it the process group of the fleet.
-    pub fn watch(&mut self, group: u32) {
+    /// Tells it the process group of the fleet, and when there is none any more.
+    pub fn watch(&mut self, group: Option<u32>) {
         if let Some(pipe) = &mut self.child.stdin {
             // A guardian that was killed cannot be told; whoever cleans next finds what is left.
-            let _ = pipe.write_all(format!("{group}\n").as_bytes());
+            let _ = pipe.write_all(format!("{}\n", group.unwrap_or(0)).as_bytes());
         }
     }
 
-    /// The fleet is gone in good order: the guardian may go too.
+    /// The fleet is gone in good order: there is nothing to guard. Killed, because nothing else ends a process that
+    /// somebody has stopped.
     pub fn dismiss(mut self) {
-        drop(self.child.stdin.take());
-        // It sees the end of the pipe at once and finds nothing to do.
-        let _ = self.child.wait();
+        let _ = self.child.kill();
+        if let Some(pid) = crate::supervisor::pid_of(self.child.id()) {
+            crate::processes::reap_until(pid, bus::clock::now_ns() + crate::processes::DYING.as_nanos() as u64);
+        }
     }
 }
 
@@ -67,14 +69,14 @@ pub fn main(root: &Path) -> Result<(), Failure> {
     let lease = Lease::take(&address)?;
     let mut told = String::new();
     let _ = std::io::stdin().read_to_string(&mut told);
-    if address.root().exists() {
-        // At once: the number is the fleet's for as long as any of its processes is there.
-        if let Some(group) = told.trim().parse().ok().and_then(crate::supervisor::pid_of) {
-            let _ = kill_process_group(group, Signal::KILL);
-        }
-        clean::end_processes(&address);
-        drop(lease);
-        clean::sweep(&address);
+    // At once: the number is the fleet's for as long as any of its processes is there.
+    if let Some(group) =
+        told.lines().next_back().and_then(|group| group.parse().ok()).and_then(crate::supervisor::pid_of)
+    {
+        let _ = kill_process_group(group, Signal::KILL);
     }
+    clean::end_processes(&address);
+    drop(lease);
+    clean::sweep(&address);
     Ok(())
 }

@@ -15,9 +15,12 @@ use std::io;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 /// Bytes of a process's own words that are repeated when it ends badly.
 const LAST_WORDS: usize = 600;
+/// How long killed processes may take to go. One that hangs in the kernel, or that somebody traces, may take for ever.
+pub(crate) const DYING: Duration = Duration::from_secs(2);
 
 /// What a process used.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -186,11 +189,15 @@ impl Children {
         }
     }
 
-    /// Ends every process of the fleet, and waits until each is gone.
-    pub fn kill_all(&mut self) {
+    /// Ends every process of the fleet, and waits until each is gone, or [`DYING`] has passed: those that are not.
+    pub fn kill_all(&mut self) -> Vec<u32> {
+        let until_ns = bus::clock::now_ns() + DYING.as_nanos() as u64;
+        let mut alive = Vec::new();
         if let Some(group) = self.group.take() {
             let _ = kill_process_group(group, Signal::KILL);
-            let _ = waitid(WaitId::Pid(group), WaitIdOptions::EXITED);
+            if !reap_until(group, until_ns) {
+                alive.push(group.as_raw_pid() as u32);
+            }
             if let Some(index) = self.alive.remove(&group.as_raw_pid()) {
                 self.all[index].alive = false;
             }
@@ -198,9 +205,12 @@ impl Children {
         for index in std::mem::take(&mut self.alive).into_values() {
             let child = &mut self.all[index];
             let _ = kill_process(child.pid, Signal::KILL);
-            let _ = waitid(WaitId::Pid(child.pid), WaitIdOptions::EXITED);
+            if !reap_until(child.pid, until_ns) {
+                alive.push(child.pid.as_raw_pid() as u32);
+            }
             child.alive = false;
         }
+        alive
     }
 
     /// The first tick has begun: from here on waiting for a processor counts. Does something the first time only;
@@ -241,6 +251,21 @@ impl Children {
         let tail = String::from_utf8_lossy(&text[text.len().saturating_sub(LAST_WORDS)..]).into_owned();
         let words: Vec<&str> = tail.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
         (!words.is_empty()).then(|| words.join(" / "))
+    }
+}
+
+/// Waits until a killed child of this process is gone, and no longer than that; whether it is.
+pub(crate) fn reap_until(pid: Pid, until_ns: u64) -> bool {
+    loop {
+        // None of its children any more: somebody else has waited for it.
+        if !matches!(waitid(WaitId::Pid(pid), WaitIdOptions::EXITED | WaitIdOptions::NOHANG), Ok(None)) {
+            return true;
+        }
+        let now_ns = bus::clock::now_ns();
+        if now_ns > until_ns {
+            return false;
+        }
+        bus::clock::sleep_until_ns(now_ns + 200_000);
     }
 }
 

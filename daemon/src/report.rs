@@ -50,6 +50,8 @@ pub struct RunFacts {
     pub shm_bytes: Option<u64>,
     /// Where the record of the run is.
     pub record: Option<String>,
+    /// What went wrong around the run, in words.
+    pub failures: Vec<String>,
 }
 
 impl RunFacts {
@@ -68,6 +70,7 @@ impl RunFacts {
             startup_ms: None,
             shm_bytes: None,
             record: None,
+            failures: Vec::new(),
         }
     }
 }
@@ -269,6 +272,10 @@ pub struct Report {
     pub impaired_because: Vec<String>,
     /// Expectations that were not met, in words; empty if all were.
     pub unmet: Vec<String>,
+    /// What went wrong around the run: it was cut short, or something that was to be kept of it is missing. Not the
+    /// robots' doing; exit code 3. Empty if nothing did.
+    #[serde(default)]
+    pub failures: Vec<String>,
     /// Whether the run was interrupted.
     pub interrupted: bool,
     /// The run ends at this simulated time at the latest, s.

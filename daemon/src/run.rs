@@ -44,22 +44,23 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     }
     let file = options.report.as_deref().map(sink::ReportFile::prepare).transpose()?;
     let record = options.record.as_deref().map(RecordPlace::prepare).transpose()?;
-    let (mut facts, recorded) = match scenario.clock.mode {
+    let (mut facts, failures) = match scenario.clock.mode {
         Mode::Single => in_one_thread(scenario, record.as_ref())?,
         Mode::Lockstep | Mode::Realtime => as_processes(scenario, record.as_ref())?,
     };
-    facts.record = record.filter(|_| recorded.is_ok()).map(|place| place.path().to_string_lossy().into_owned());
+    facts.failures = failures.iter().map(|failure| failure.message().to_owned()).collect();
     let report = report::assemble(facts);
     // The file first: a reader of standard output may have gone away, and nothing must get lost with it.
     if let Some(file) = file {
         file.write(&report)?;
     }
     sink::print(&report, options.format)?;
-    recorded.map(|()| report.exit_code)
+    failures.iter().for_each(out::fail);
+    Ok(report.exit_code)
 }
 
-/// What is known of a run that has ended, and whether its record could be written.
-type Ran = (RunFacts, Result<(), Failure>);
+/// What is known of a run that has ended, and what went wrong around it.
+type Ran = (RunFacts, Vec<Failure>);
 
 /// `single`: no process, no shared memory.
 fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran, Failure> {
@@ -98,7 +99,8 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran
     let mut facts = RunFacts::new(scenario, outcome, wall_s());
     facts.processes.push(this_process());
     facts.interrupted = interrupted.yes();
-    Ok((facts, recorded))
+    facts.record = kept(record, &recorded);
+    Ok((facts, recorded.err().into_iter().collect()))
 }
 
 /// `lockstep` and `realtime`: every robot a process.
@@ -108,7 +110,16 @@ fn as_processes(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran,
     terminal.finish();
     let finished = finished?;
     let failed = record.zip(finished.record_failed.as_ref()).map(|(place, cause)| place.failed(cause));
-    Ok((facts_of(finished), failed.map_or(Ok(()), Err)))
+    let recorded = failed.map_or(Ok(()), Err);
+    let mut failures = finished.failures.clone();
+    let facts = RunFacts { record: kept(record, &recorded), ..facts_of(finished) };
+    failures.extend(recorded.err());
+    Ok((facts, failures))
+}
+
+/// Where the record is, if there is one.
+fn kept(record: Option<&RecordPlace>, recorded: &Result<(), Failure>) -> Option<String> {
+    record.filter(|_| recorded.is_ok()).map(|place| place.path().to_string_lossy().into_owned())
 }
 
 /// The live line of a fleet.
@@ -172,6 +183,7 @@ pub(crate) fn facts_of(finished: Finished) -> RunFacts {
         startup_ms: finished.startup_ms,
         shm_bytes: Some(finished.shm_bytes),
         record: None,
+        failures: finished.failures.iter().map(|failure| failure.message().to_owned()).collect(),
         scenario,
     }
 }

@@ -2,17 +2,20 @@
 //! decides, and tells it what became of it.
 
 use crate::coordinator::{Action, Coordinator, Ending, Signal};
-use crate::ending::{Finished, fail_on_full_memory};
+use crate::ending::{Finished, full_memory};
 use crate::executables::Executables;
 use crate::exit::Failure;
 use crate::guardian::Guardian;
 use crate::processes::Children;
 use crate::signals::Signals;
-use bus::{Address, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes};
+use bus::{
+    Address, Footing, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes,
+};
 use bus::{WorldObserver, clean, clock};
 use protocol::Seat;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
+use protocol::daemon_to_world::Order;
 use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
 use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -21,9 +24,14 @@ use scenarios::{Mode, Scenario};
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::time::Duration;
+use world_sim::outcome_file::OutcomeFile;
 
 /// How often the daemon looks at the clock while nothing happens.
 const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+/// How often it looks whether the fleet's files are still there.
+const FOOTING_EVERY: Duration = Duration::from_millis(250);
+/// How long the world may take to end once it has been asked to: some container runtimes kill after ten seconds.
+const ENDING_MAX: Duration = Duration::from_secs(8);
 
 /// A fleet whose first tick has begun.
 pub struct FleetView<'a> {
@@ -68,6 +76,14 @@ pub struct Supervisor {
     observer: WorldObserver,
     pub(crate) signals: Signals,
     pub(crate) world_ending: Option<Ending>,
+    /// What the world leaves when it ends.
+    pub(crate) left: OutcomeFile,
+    footing: Footing,
+    footing_seen: Duration,
+    /// What went wrong around the run; each of these ends it, and none costs its result.
+    pub(crate) failures: Vec<Failure>,
+    /// When the world was asked to end.
+    asked_at: Option<Duration>,
     /// Somebody wants the end at once.
     pub(crate) killed: bool,
     /// Whoever watches has seen enough.
@@ -94,11 +110,12 @@ pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> 
     let result =
         Supervisor::create(address.clone(), scenario, executables, record, signals).and_then(|mut supervisor| {
             let result =
-                supervisor.start().and_then(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
-            supervisor.children.kill_all();
-            let Supervisor { guardian, children, .. } = supervisor;
+                supervisor.start().map(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
+            supervisor.kill_all(watch);
+            let Supervisor { mut guardian, children, .. } = supervisor;
             // Everything that killed processes left goes here; the guardian stays on guard until that is done.
             drop(children);
+            guardian.watch(None);
             clean::sweep(&address);
             guardian.dismiss();
             result
@@ -123,15 +140,22 @@ impl Supervisor {
         sizes.check_space(&address)?;
         crate::processes::raise_open_files();
         let guardian = Guardian::start(&address)?;
+        let left = OutcomeFile::create(&address).map_err(|error| no_room(&address, &error))?;
         write(&address, world_sim::shell::SCENARIO_FILE, &scenario)?;
         if let Some(record) = record {
             write_bytes(&address.file(world_sim::shell::RECORD_FILE), record.as_os_str().as_bytes())?;
         }
         let node = Node::new(&address, "daemon")?;
         let services = Services::create(&node, sizes)?;
+        let gate = Gate::create(&address, sizes.max_robots)?;
         Ok(Supervisor {
             children: Children::new(&address, scenario.processes.clone(), executables),
-            gate: Gate::create(&address, sizes.max_robots)?,
+            gate,
+            footing: Footing::survey(&address)?,
+            footing_seen: now(),
+            left,
+            failures: Vec::new(),
+            asked_at: None,
             orders: OrderSender::open(&node)?,
             notices: NoticeReceiver::open(&node)?,
             operators: OperatorServer::open(&address)?,
@@ -155,15 +179,17 @@ impl Supervisor {
         self.spawned_ns = clock::now_ns();
         self.children.spawn_world()?;
         if let Some(group) = self.children.group() {
-            self.guardian.watch(group);
+            self.guardian.watch(Some(group));
         }
         self.coordinator.begin();
-        self.act(None)
+        self.act(None);
+        Ok(())
     }
 
     /// The loop: sleep until something happens, find out what, do what follows.
-    fn supervise(&mut self, watch: &mut dyn Watch) -> Result<(), Failure> {
-        while self.world_ending.is_none() && !self.killed {
+    fn supervise(&mut self, watch: &mut dyn Watch) {
+        let overdue = |asked: Option<Duration>| asked.is_some_and(|asked| now() - asked > ENDING_MAX);
+        while self.world_ending.is_none() && !self.killed && !overdue(self.asked_at) {
             {
                 let mut sources = [
                     PollFd::new(&self.signals, PollFlags::IN),
@@ -176,7 +202,8 @@ impl Supervisor {
             for _ in 0..self.signals.take_interrupts() {
                 self.coordinator.interrupt();
             }
-            self.reap()?;
+            self.reap();
+            self.look();
             while let Some(notice) = self.notices.take() {
                 self.coordinator.notice(notice);
             }
@@ -184,7 +211,7 @@ impl Supervisor {
             self.orders.flush();
             let gate = &self.gate;
             self.coordinator.time(now(), &|seat| gate.is_ready(seat));
-            self.act(Some(watch))?;
+            self.act(Some(watch));
             if self.gate.start_ns().is_some() {
                 if self.children.begin_measuring() {
                     watch.started(&FleetView { address: &self.address, pids: &self.children.pids() });
@@ -195,7 +222,32 @@ impl Supervisor {
                 }
             }
         }
-        Ok(())
+    }
+
+    /// The run cannot go on like this: it ends in good order, and what it has come to is reported.
+    fn fail(&mut self, failure: Failure) {
+        if self.failures.is_empty() {
+            self.coordinator.enough();
+        }
+        self.failures.push(failure);
+    }
+
+    /// Whether the fleet's files are still there: without them nobody can join or be restarted.
+    fn look(&mut self) {
+        let now = now();
+        if now - self.footing_seen < FOOTING_EVERY || !self.failures.is_empty() {
+            return;
+        }
+        self.footing_seen = now;
+        if let Some(path) = self.footing.missing() {
+            let problem =
+                format!("fleet `{}`: somebody removed its files: `{}` is gone", self.address.id(), path.display());
+            self.fail(
+                Failure::environment(problem).hint(
+                    "was it `rm` in /dev/shm, or logind at a logout (`RemoveIPC=no` in logind.conf prevents that)?",
+                ),
+            );
+        }
     }
 
     pub(crate) fn show(&self, watch: &mut dyn Watch) {
@@ -205,17 +257,16 @@ impl Supervisor {
     }
 
     /// Finds out which processes ended, were stopped, or go on.
-    pub(crate) fn reap(&mut self) -> Result<(), Failure> {
+    pub(crate) fn reap(&mut self) {
         for (who, change) in self.children.changes() {
             match (who, change) {
-                (Who::World, Change::Ended(ending)) => {
-                    fail_on_full_memory("world-sim", ending)?;
-                    self.world_ending = Some(ending);
-                }
+                (Who::World, Change::Ended(ending)) => self.world_ending = Some(ending),
                 (Who::World, _) => {}
                 (Who::Agent(seat), Change::Ended(ending)) => {
                     let name = self.coordinator.name(seat.slot).to_owned();
-                    fail_on_full_memory(&format!("robot `{name}`"), ending)?;
+                    if let Some(why) = full_memory(ending) {
+                        self.coordinator.say(format!("{name}: {why}"));
+                    }
                     let words = (ending.code != Some(0))
                         .then(|| self.children.last_words(&robot_agent::shell::spec_file(seat)))
                         .flatten();
@@ -225,15 +276,14 @@ impl Supervisor {
                 (Who::Agent(seat), Change::Continued) => self.coordinator.continued(seat),
             }
         }
-        Ok(())
     }
 
     /// Does what the coordinator decided.
-    pub(crate) fn act(&mut self, mut watch: Option<&mut dyn Watch>) -> Result<(), Failure> {
+    pub(crate) fn act(&mut self, mut watch: Option<&mut dyn Watch>) {
         loop {
             let actions = self.coordinator.take_actions();
             if actions.is_empty() {
-                return Ok(());
+                return;
             }
             for action in actions {
                 match action {
@@ -249,7 +299,10 @@ impl Supervisor {
                         }
                     }
                     Action::Order(order) => {
-                        self.orders.send(&order)?;
+                        if order == Order::Stop {
+                            self.asked_at.get_or_insert_with(now);
+                        }
+                        self.orders.send(&order).unwrap_or_else(|error| self.fail(error.into()));
                         self.gate.ring_world();
                     }
                     Action::Say(line) => {
@@ -365,6 +418,11 @@ fn write<T: serde::Serialize>(address: &Address, name: &str, value: &T) -> Resul
     let path = address.file(name);
     let bytes = codec::encode(value).map_err(|error| Failure::environment(format!("`{}`: {error}", path.display())))?;
     write_bytes(&path, &bytes)
+}
+
+fn no_room(address: &Address, error: &std::io::Error) -> Failure {
+    Failure::environment(format!("outcome of fleet `{}`: no room for it: {error}", address.id()))
+        .hint("is /dev/shm full (`df -h /dev/shm`, `shoal clean`), or a limit on file sizes set (`ulimit -f`)?")
 }
 
 fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {

@@ -66,7 +66,18 @@ impl Event {
     }
 }
 
-/// What a run came to, by ground truth. Written by the world when it ends, as a file in the root of the run.
+/// What the world leaves when its process ends.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WorldEnd {
+    /// What the run came to.
+    pub outcome: Outcome,
+    /// Why there is no record, if one was wanted and there is none.
+    pub record_failed: Option<String>,
+    /// The scenario was over, or the daemon had ordered the end; `false`: the gate was stopped before.
+    pub finished: bool,
+}
+
+/// What a run came to, by ground truth.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Ticks that were run.

@@ -14,6 +14,7 @@
 //! referee     goals, arrival, path        smoothness  jerk
 //! shortest    the path one could take     journal     log and notices
 //! shell       the process                 recorder    everything into a file
+//! outcome_file  what the process leaves
 //! ```
 
 mod arm;
@@ -24,6 +25,7 @@ mod journal;
 mod kinematics;
 mod links;
 mod motion;
+pub mod outcome_file;
 mod presence;
 mod ranges;
 pub mod recorder;

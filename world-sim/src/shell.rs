@@ -2,6 +2,7 @@
 //! the shell only finds out who answered.
 
 use crate::World;
+use crate::outcome_file::OutcomeFile;
 use crate::recorder::Recorder;
 use bus::blame::{Period, Watch};
 use bus::{
@@ -13,12 +14,11 @@ use protocol::Seat;
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
+use protocol::world_to_daemon::WorldEnd;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::Odometry;
 use scenarios::{Mode, Scenario};
 use std::ffi::OsString;
-use std::fs::OpenOptions;
-use std::io::Write;
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -30,19 +30,8 @@ const RUN_UP_NS: u64 = 5_000_000;
 
 /// Name of the file in the run's root that holds the scenario.
 pub const SCENARIO_FILE: &str = "scenario";
-/// Name of the file in the run's root that the world leaves when it ends.
-pub const OUTCOME_FILE: &str = "outcome";
-/// The same while it is being written. It is made at the start, with room for a usual outcome: a tmpfs that others fill
-/// up meanwhile does not cost the result.
-const OUTCOME_HALF: &str = "outcome.half";
-/// That room, bytes.
-const OUTCOME_ROOM: u64 = 256 * 1024;
-
 /// Name of the file in the run's root that holds the path of the record, if one is wanted.
 pub const RECORD_FILE: &str = "record";
-/// Name of the file in the run's root that says why there is no record, if there is none.
-pub const RECORD_FAILED_FILE: &str = "record.failed";
-
 /// Name of the world's statistics.
 pub const STATS_NAME: &str = "world";
 
@@ -55,6 +44,9 @@ pub enum ShellError {
     /// A file of the run cannot be read or written.
     #[error("run file `{0}`: {1}")]
     File(PathBuf, #[source] std::io::Error),
+    /// What the run came to cannot be left behind.
+    #[error("outcome: cannot write it: {0}")]
+    Outcome(#[source] std::io::Error),
     /// A file of the run is damaged.
     #[error("run file: {0}")]
     Codec(#[from] CodecError),
@@ -74,20 +66,14 @@ pub fn main(root: &Path, parent: u32) -> Result<(), ShellError> {
     let bytes = std::fs::read(&path).map_err(|error| ShellError::File(path, error))?;
     let scenario: Scenario = codec::decode(&bytes)?;
 
-    let half = address.file(OUTCOME_HALF);
-    reserve(&half).map_err(|error| ShellError::File(half, error))?;
+    let left = OutcomeFile::open(&address).map_err(ShellError::Outcome)?;
     let mut shell = Shell::open(&address, &scenario)?;
     shell.recorder = recorder(&address, &scenario)?;
     match scenario.clock.mode {
         Mode::Realtime => shell.realtime(),
         Mode::Lockstep | Mode::Single => shell.lockstep(),
     }
-    shell.leave(&address)
-}
-
-fn reserve(path: &Path) -> std::io::Result<()> {
-    let file = OpenOptions::new().write(true).create(true).truncate(true).open(path)?;
-    Ok(rustix::fs::fallocate(&file, rustix::fs::FallocateFlags::empty(), 0, OUTCOME_ROOM)?)
+    left.write(shell.leave()).map_err(ShellError::Outcome)
 }
 
 /// Whoever writes the record, if the run has one.
@@ -427,22 +413,15 @@ impl Shell {
         self.notices.flush();
     }
 
-    /// Leaves the outcome behind.
-    fn leave(&mut self, address: &Address) -> Result<(), ShellError> {
+    /// What is left behind when the run is over.
+    fn leave(&mut self) -> WorldEnd {
         self.gate.set_over();
         // No tick opens where the last one ended: without this, observers would never see how the run came out.
         self.show(clock::now_ns());
         self.send_notices();
         let outcome = self.world.outcome();
-        if let Some(Err(error)) = self.recorder.take().map(|recorder| recorder.finish(&outcome)) {
-            #[expect(clippy::disallowed_methods, reason = "the shell says why there is no record, after the loop")]
-            let _ = std::fs::write(address.file(RECORD_FAILED_FILE), error.to_string());
-        }
-        let bytes = codec::encode(&outcome)?;
-        let (path, half) = (address.file(OUTCOME_FILE), address.file(OUTCOME_HALF));
-        let written = (OpenOptions::new().write(true).open(&half))
-            .and_then(|mut file| file.write_all(&bytes).and_then(|()| file.set_len(bytes.len() as u64)))
-            .and_then(|()| std::fs::rename(&half, &path));
-        written.map_err(|error| ShellError::File(path, error))
+        let recorded = self.recorder.take().map(|recorder| recorder.finish(&outcome));
+        let record_failed = recorded.and_then(Result::err).map(|error| error.to_string());
+        WorldEnd { outcome, record_failed, finished: self.world.finished() }
     }
 }

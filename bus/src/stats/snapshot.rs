@@ -170,7 +170,7 @@ impl StatsSnapshot {
 /// What all processes of the fleet have counted so far, by the name of the file, sorted.
 ///
 /// # Errors
-/// When the fleet is gone.
+/// When the fleet is gone, or a file cannot be read.
 pub fn read_all(address: &Address) -> Result<Vec<(String, StatsSnapshot)>> {
     let directory = address.file(DIRECTORY);
     let failed = |e| BusError::io(&directory, "read the statistics", e);
@@ -183,7 +183,11 @@ pub fn read_all(address: &Address) -> Result<Vec<(String, StatsSnapshot)>> {
     for entry in entries {
         let entry = entry.map_err(failed)?;
         // Files that are being made have no name yet, only a draft's, and no magic.
-        let Ok(bytes) = std::fs::read(entry.path()) else { continue };
+        let bytes = match std::fs::read(entry.path()) {
+            Ok(bytes) => bytes,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => continue,
+            Err(e) => return Err(failed(e)),
+        };
         let name = entry.file_name().to_string_lossy().into_owned();
         if let Some(snapshot) = StatsSnapshot::parse(&bytes).filter(|_| !name.contains(".draft")) {
             all.push((name, snapshot));

@@ -43,6 +43,7 @@ pub fn assemble(facts: RunFacts) -> Report {
         starved_because,
         impaired_because,
         unmet: Vec::new(),
+        failures: facts.failures,
         interrupted: facts.interrupted,
         sim_time_s_max: clock.ticks_max as f64 * clock.dt_s(),
         events_lost: facts.outcome.events_lost,
@@ -51,7 +52,8 @@ pub fn assemble(facts: RunFacts) -> Report {
     };
     report.unmet = judge::unmet(&facts.scenario.expect, &report);
     let timed_out = report.ticks >= clock.ticks_max && !report.outcome.arrived_all;
-    report.exit_code = judge::exit_code(report.interrupted, report.unmet.is_empty(), timed_out);
+    let failed = !report.failures.is_empty();
+    report.exit_code = judge::exit_code(failed, report.interrupted, report.unmet.is_empty(), timed_out);
     report
 }
 

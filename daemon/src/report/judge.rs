@@ -155,10 +155,10 @@ fn contacts_of(report: &Report) -> impl Iterator<Item = String> {
     })
 }
 
-/// The exit code of a run that came to an end by itself or was asked to end. That the environment broke it (code 3)
-/// is known before there is a report.
-pub fn exit_code(interrupted: bool, expectations_met: bool, timed_out: bool) -> i32 {
+/// The exit code of a run of which there is a report. `failed`: the environment cut it short, or took something of it.
+pub fn exit_code(failed: bool, interrupted: bool, expectations_met: bool, timed_out: bool) -> i32 {
     match (interrupted, expectations_met, timed_out) {
+        _ if failed => exit::ENVIRONMENT,
         (true, _, _) => exit::INTERRUPTED,
         (false, true, _) => exit::OK,
         (false, false, true) => exit::TIME_OUT,

@@ -368,7 +368,7 @@ fn the_newest_life_gives_the_pid() {
 #[test]
 fn exit_codes() {
     let check = |interrupted, met, timed_out, expected| {
-        assert_eq!(exit_code(interrupted, met, timed_out), expected, "{interrupted} {met} {timed_out}");
+        assert_eq!(exit_code(false, interrupted, met, timed_out), expected, "{interrupted} {met} {timed_out}");
     };
     check(false, true, false, 0);
     check(false, true, true, 0); // fewer had to arrive than all

@@ -63,7 +63,7 @@ fn headline(page: &mut Page, report: &Report) {
     };
     let when = match outcome.makespan_s {
         Some(makespan_s) => format!("in {makespan_s:.2} s"),
-        None if report.exit_code == exit::INTERRUPTED => {
+        None if report.interrupted || !report.failures.is_empty() => {
             format!("until {:.2} s of {}", report.sim_time_s, seconds(report.sim_time_s_max))
         }
         None => format!("in {}", seconds(report.sim_time_s)),
@@ -82,6 +82,9 @@ fn headline(page: &mut Page, report: &Report) {
         ),
         0,
     );
+    for failure in &report.failures {
+        page.words(&format!("- {failure}"), 2);
+    }
     // What an interrupted run did not reach is no news.
     for unmet in report.unmet.iter().filter(|_| !report.interrupted) {
         page.words(&format!("- {unmet}"), 2);

@@ -74,7 +74,7 @@ pub fn run(options: &StressArgs) -> Result<i32, Failure> {
     let mut terminal = run::Terminal::new(&scenario);
     let finished = supervisor::run(scenario, None, &mut terminal);
     terminal.finish();
-    let finished = finished?;
+    let finished = finished?.undisturbed()?;
     let left_over = clean::left_of(&finished.address);
     let report = report::assemble(run::facts_of(finished));
     let stress = Stress::of(&report, options, left_over);

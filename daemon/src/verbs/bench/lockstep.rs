@@ -134,7 +134,7 @@ fn duel(
         held: Vec::new(),
         failure: None,
     };
-    let finished = supervisor::run(scenario, None, &mut duel)?;
+    let finished = supervisor::run(scenario, None, &mut duel)?.undisturbed()?;
     if let Some(failure) = duel.failure {
         return Err(failure);
     }

@@ -145,7 +145,7 @@ fn measure(
 }
 
 fn fleet(scene: &Scene) -> Result<Found, Failure> {
-    let finished = supervisor::run(scene.scenario()?, None, &mut Silent)?;
+    let finished = supervisor::run(scene.scenario()?, None, &mut Silent)?.undisturbed()?;
     let mut stats = StatsSnapshot::default();
     let agents = finished.stats.iter().filter(|(name, _)| name != world_sim::shell::STATS_NAME);
     agents.for_each(|(_, snapshot)| stats.merge(snapshot));

@@ -94,7 +94,7 @@ fn measure(robots: usize, repetitions: u32, interrupted: &Interrupted) -> Result
     let (mut starts, mut joins, mut pss) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..repetitions {
         let mut guest = Guest { scene, neighbors, joining: None, interrupted };
-        let finished = supervisor::run(scenario.clone(), None, &mut guest)?;
+        let finished = supervisor::run(scenario.clone(), None, &mut guest)?.undisturbed()?;
         let joined = guest.joining.take().and_then(|thread| thread.join().ok());
         if interrupted.yes() {
             break;

@@ -66,10 +66,13 @@ fn lockstep(scenario: Scenario) -> Result<Finished, Stop> {
         fn progress(&mut self, _: &bus::Progress, _: f64) {}
         fn say(&mut self, _: &str) {}
     }
-    let finished = supervisor::run(scenario, None, &mut Nobody).map_err(|failure| match failure.code {
-        crate::exit::INTERRUPTED => Stop::Broken,
-        _ => Stop::Failed(failure),
-    })?;
+    let finished =
+        supervisor::run(scenario, None, &mut Nobody).and_then(Finished::undisturbed).map_err(
+            |failure| match failure.code {
+                crate::exit::INTERRUPTED => Stop::Broken,
+                _ => Stop::Failed(failure),
+            },
+        )?;
     if finished.interrupted { Err(Stop::Broken) } else { Ok(finished) }
 }
 
