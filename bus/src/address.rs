@@ -1,4 +1,4 @@
-//! Where a fleet lives: a directory on tmpfs, and beside it the shared-memory objects that carry its prefix.
+//! Where a fleet lives: a directory on tmpfs that only its owner may enter, and that holds everything that it shares.
 
 use crate::{BusError, Result};
 use rustix::process::geteuid;
@@ -14,7 +14,7 @@ const ID_LEN: usize = 7;
 /// `statfs` magic of tmpfs.
 const TMPFS_MAGIC: u64 = 0x0102_1994;
 
-/// Where one fleet lives. Two fleets never meet: neither the root nor the prefix of one begins that of another.
+/// Where one fleet lives. Two fleets never meet: each has a root of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Address {
     root: PathBuf,
@@ -89,12 +89,6 @@ impl Address {
         self.root.join(name)
     }
 
-    /// What the names of the fleet's shared-memory objects begin with. The dot ends it: without one, `a-1` would also
-    /// match the objects of `a-12`.
-    pub fn prefix(&self) -> String {
-        format!("shoal-{}-{}.", geteuid().as_raw(), self.id)
-    }
-
     /// The address whose root has this path, by its form alone.
     pub(crate) fn parse(root: &Path) -> Option<Address> {
         let name = root.file_name()?.to_str()?;
@@ -161,12 +155,5 @@ mod tests {
             assert!(error.to_string().contains(&path), "{error}");
             assert!(error.hint().is_some());
         }
-    }
-
-    #[test]
-    fn no_prefix_begins_another() {
-        let at = |id: &str| Address::parse(&root_of(id)).unwrap();
-        assert!(!at("abcd234").prefix().starts_with(&at("abcd235").prefix()));
-        assert!(at("abcd234").prefix().ends_with('.'));
     }
 }

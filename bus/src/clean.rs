@@ -9,7 +9,7 @@ use std::io::ErrorKind;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-/// Passes over `/dev/shm` until nothing new turns up, at most.
+/// Attempts to remove a root into which a process that is just ending still writes, at most.
 const PASSES_MAX: u32 = 8;
 /// How long killed processes may take to go.
 const GRACE_NS: u64 = 3_000_000_000;
@@ -17,9 +17,9 @@ const GRACE_NS: u64 = 3_000_000_000;
 /// What was taken away.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SweepReport {
-    /// Shared-memory objects that were removed.
-    pub objects: u64,
-    /// Their size, and that of the files in the root, bytes.
+    /// Files that were in its root.
+    pub files: u64,
+    /// Shared memory that they took, bytes.
     pub bytes: u64,
     /// Processes that were killed.
     pub killed: u64,
@@ -40,34 +40,11 @@ pub struct FleetEntry {
     pub processes: Vec<u32>,
 }
 
-/// Removes all shared-memory objects of a fleet, then its root. Its processes must have ended; if one is just ending,
-/// what it still makes is removed as well. A second sweep, or one at the same time, does no harm.
+/// Removes the root of a fleet, which holds everything of it. Its processes must have ended; if one is just ending, what
+/// it still makes is removed as well. A second sweep, or one at the same time, does no harm.
 pub fn sweep(address: &Address) -> SweepReport {
-    let mut report = SweepReport::default();
-    let prefix = address.prefix();
-    for _ in 0..PASSES_MAX {
-        let mut found = false;
-        report.left.clear();
-        for (name, path) in listed(Path::new(SHM)).unwrap_or_default() {
-            if !name.starts_with(&prefix) {
-                continue;
-            }
-            let bytes = std::fs::symlink_metadata(&path).map_or(0, |meta| meta.blocks() * 512);
-            match std::fs::remove_file(&path) {
-                Ok(()) => {
-                    (report.objects, report.bytes) = (report.objects + 1, report.bytes + bytes);
-                    found = true;
-                }
-                Err(e) if e.kind() == ErrorKind::NotFound => {}
-                Err(e) => report.left.push(BusError::io(&path, "remove a shared-memory object", e)),
-            }
-        }
-        if !found {
-            break;
-        }
-    }
-    // The root goes last: as long as anything is left, a fleet can be found by it.
-    report.bytes += bytes_below(address.root());
+    let (files, bytes) = below(address.root());
+    let mut report = SweepReport { files, bytes, ..SweepReport::default() };
     let mut result = std::fs::remove_dir_all(address.root());
     for _ in 0..PASSES_MAX {
         match &result {
@@ -83,26 +60,15 @@ pub fn sweep(address: &Address) -> SweepReport {
     report
 }
 
-/// Shared memory that a fleet has taken up, bytes: its objects and the files in its root.
+/// Shared memory that a fleet takes up, bytes.
 pub fn usage(address: &Address) -> u64 {
-    let prefix = address.prefix();
-    let objects = listed(Path::new(SHM)).unwrap_or_default().into_iter().filter(|(name, _)| name.starts_with(&prefix));
-    let objects: u64 =
-        objects.filter_map(|(_, path)| std::fs::symlink_metadata(path).ok()).map(|meta| meta.blocks() * 512).sum();
-    objects + bytes_below(address.root())
+    below(address.root()).1
 }
 
-/// What is left of a fleet that has ended: its objects, its root, its processes; in words.
+/// What is left of a fleet that has ended: its root, its processes; in words.
 pub fn left_of(address: &Address) -> Vec<String> {
-    let prefix = address.prefix();
-    let objects = listed(Path::new(SHM)).unwrap_or_default().into_iter();
-    let mut left: Vec<String> = objects
-        .filter(|(name, path)| name.starts_with(&prefix) || path == address.root())
-        .map(|(_, path)| path.display().to_string())
-        .collect();
-    left.sort();
-    left.extend(processes_of(address).into_iter().map(|pid| format!("process {pid}")));
-    left
+    let root = address.root().exists().then(|| address.root().display().to_string());
+    root.into_iter().chain(processes_of(address).into_iter().map(|pid| format!("process {pid}"))).collect()
 }
 
 /// All fleets of this user on this machine, by id.
@@ -133,13 +99,6 @@ pub fn clean_abandoned() -> Result<Vec<(Address, SweepReport)>> {
     for fleet in list_fleets()? {
         if let Some(report) = clean_if_abandoned(&fleet.address)? {
             cleaned.push((fleet.address, report));
-        }
-    }
-    // The root is made first and goes last: objects without one are what somebody made who came too late.
-    for (name, _) in listed(Path::new(SHM))? {
-        let root = name.split_once('.').map(|(root, _)| Path::new(SHM).join(root));
-        if let Some(address) = root.and_then(|root| Address::parse(&root)).filter(|address| !address.root().exists()) {
-            cleaned.push((address.clone(), sweep(&address)));
         }
     }
     Ok(cleaned)
@@ -223,8 +182,10 @@ fn listed(directory: &Path) -> Result<Vec<(String, std::path::PathBuf)>> {
     Ok(entries.filter_map(|entry| named(entry.ok()?)).collect())
 }
 
-fn bytes_below(path: &Path) -> u64 {
-    let Ok(meta) = std::fs::symlink_metadata(path) else { return 0 };
-    let below = if meta.is_dir() { listed(path).unwrap_or_default() } else { Vec::new() };
-    meta.blocks() * 512 + below.iter().map(|(_, path)| bytes_below(path)).sum::<u64>()
+/// How many files there are from here on, and what they take, bytes.
+fn below(path: &Path) -> (u64, u64) {
+    let Ok(meta) = std::fs::symlink_metadata(path) else { return (0, 0) };
+    let entries = if meta.is_dir() { listed(path).unwrap_or_default() } else { Vec::new() };
+    let here = (u64::from(!meta.is_dir()), meta.blocks() * 512);
+    entries.iter().map(|(_, path)| below(path)).fold(here, |sum, more| (sum.0 + more.0, sum.1 + more.1))
 }

@@ -13,8 +13,9 @@
 //! bare          nobody              the floor under the gate, to measure it by   futex words in a file
 //! ```
 //!
-//! A fleet lives in an [`Address`]: one directory on tmpfs and one prefix for shared-memory objects beside it. Whoever
-//! removes both has removed the fleet ([`clean`]); a [`Lease`] says whether somebody still looks after it.
+//! A fleet lives in an [`Address`]: one directory on tmpfs, which only its owner may enter, and which holds everything
+//! that the fleet shares, iceoryx2's memory included (`variant.rs`). Whoever removes it has removed the fleet
+//! ([`clean`]); a [`Lease`] says whether a daemon or a guardian still looks after it.
 //!
 //! Nothing in here decides anything about robots, nothing spins, and no wait is without a bound.
 
@@ -40,6 +41,7 @@ pub mod robot_board;
 pub mod services;
 pub mod sizes;
 pub mod stats;
+mod variant;
 pub mod world_board;
 
 pub use address::Address;

@@ -7,9 +7,10 @@ use std::os::unix::fs::MetadataExt;
 use std::sync::Once;
 use std::time::Duration;
 
-/// The service variant: POSIX shared memory, one thread per port. We use none of its events.
-pub(crate) type Ipc = ipc::Service;
+pub(crate) use crate::variant::Ipc;
 
+/// What iceoryx2 puts in front of the names of its files. The root tells fleets apart.
+const PREFIX: &[u8] = b"iox2.";
 /// How long an opener waits for a service that another process is just creating.
 const CREATION_TIMEOUT: Duration = Duration::from_secs(2);
 
@@ -37,7 +38,7 @@ impl Node {
         Address::at(address.root())?;
         let before = identity(address);
         let mut config = Config::default();
-        config.global.prefix = FileName::new(address.prefix().as_bytes()).map_err(|e| failed(&e))?;
+        config.global.prefix = FileName::new(PREFIX).map_err(|e| failed(&e))?;
         let root = address.root().as_os_str().as_encoded_bytes();
         config.global.set_root_path(&Path::new(root).map_err(|e| failed(&e))?);
         config.global.creation_timeout = CREATION_TIMEOUT;

@@ -225,7 +225,7 @@ fn an_abandoned_fleet_is_found_ended_and_removed() {
     wait_until("it is abandoned, or gone", || entry().is_none_or(|entry| entry.abandoned));
     let reaper = std::thread::spawn(move || orphan.0.wait().map(|status| (status.success(), orphan)));
     if let Some(report) = clean::clean_if_abandoned(&home.0).unwrap() {
-        assert!(report.root && report.objects > 0 && report.bytes > 0 && report.left.is_empty(), "{report:?}");
+        assert!(report.root && report.files > 0 && report.bytes > 0 && report.left.is_empty(), "{report:?}");
         assert_eq!(report.killed, 1);
     }
     assert!(!reaper.join().unwrap().unwrap().0);

@@ -341,3 +341,43 @@ fn fleets_at_once_do_not_meet() {
     assert!(WorldReader::open(&second.other, 1).is_ok());
     assert!(clean::list_fleets().unwrap().iter().any(|entry| &entry.address == second.daemon.address()));
 }
+
+/// Other users of the machine can neither open what a fleet shares nor occupy a name before it is used: there is one
+/// entry in `/dev/shm`, and only its owner may enter it.
+#[test]
+fn everything_that_a_fleet_shares_is_in_one_directory_of_its_owner() {
+    use std::os::unix::fs::MetadataExt;
+    let fleet = fleet();
+    let _robot = RobotWriter::create(&fleet.other, seat(0), SIZES, Poses::LastTwo).unwrap();
+    let mut frames = FramePublisher::open(&fleet.daemon).unwrap();
+    let _observer = FrameSubscriber::open(&fleet.other).unwrap();
+    frames.publish(FrameHeader::default(), &[]);
+    let id = fleet.daemon.address().id();
+    let entries = std::fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap());
+    let ours: Vec<_> = entries.filter(|entry| entry.file_name().to_string_lossy().contains(id)).collect();
+    assert_eq!(ours.len(), 1, "{ours:?}");
+    let meta = ours[0].metadata().unwrap();
+    assert_eq!((meta.is_dir(), meta.mode() & 0o777), (true, 0o700));
+}
+
+/// A process that is killed between creating an object and giving it a size leaves it empty. Nothing waits for it.
+#[test]
+fn an_object_whose_maker_died_half_way_is_given_up() {
+    let fleet = fleet();
+    let _robot = RobotWriter::create(&fleet.other, seat(0), SIZES, Poses::LastTwo).unwrap();
+    let root = fleet.daemon.address().root().to_path_buf();
+    let files = std::fs::read_dir(&root).unwrap().map(|entry| entry.unwrap().path());
+    let objects: Vec<_> = files.filter(|path| path.to_string_lossy().contains("/iox2.")).collect();
+    assert!(objects.len() > 3, "{objects:?}");
+    for object in &objects {
+        std::fs::remove_file(object).unwrap();
+        std::fs::write(object, "").unwrap();
+    }
+    let (done, opened) = std::sync::mpsc::channel();
+    let address = fleet.daemon.address().clone();
+    std::thread::spawn(move || {
+        let node = Node::new(&address, "late").map(|node| RobotReader::open(&node, seat(0)).map(drop));
+        let _ = done.send(matches!(node, Err(_) | Ok(Err(_))));
+    });
+    assert_eq!(opened.recv_timeout(TIMEOUT), Ok(true));
+}

@@ -49,15 +49,15 @@ pub fn silently() {
 
 fn entry_text(address: &Address, report: &SweepReport) -> String {
     let plural = |n: u64| if n == 1 { "" } else { "s" };
-    let SweepReport { objects, bytes, killed, .. } = *report;
+    let SweepReport { files, bytes, killed, .. } = *report;
     let processes = match killed {
         0 => String::new(),
         n => format!(", ended {n} process{}", if n == 1 { "" } else { "es" }),
     };
     format!(
-        "removed what fleet {} left behind: {objects} shared-memory object{}, {}{processes}",
+        "removed what fleet {} left behind: {files} file{} of shared memory, {}{processes}",
         address.id(),
-        plural(objects),
+        plural(files),
         bytes_text(bytes)
     )
 }
@@ -65,7 +65,7 @@ fn entry_text(address: &Address, report: &SweepReport) -> String {
 fn entry_json(address: &Address, report: &SweepReport) -> Value {
     let left: Vec<String> = report.left.iter().map(ToString::to_string).collect();
     json!({
-        "fleet": address.id(), "objects": report.objects, "bytes": report.bytes,
+        "fleet": address.id(), "objects": report.files, "bytes": report.bytes,
         "killed": report.killed, "root": report.root, "left": left,
     })
 }
