@@ -1,4 +1,5 @@
 //! Every service, between two nodes as two processes have them, and several fleets at once.
+#![expect(clippy::disallowed_methods, reason = "tests look at files and use threads")]
 
 mod common;
 
