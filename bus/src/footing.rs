@@ -1,7 +1,6 @@
-//! What a running fleet stands on: its root, its gate, and the shared-memory objects that its daemon made. Processes that
-//! have them open go on when the names are removed, but nobody can join, be restarted, or be found any more.
+//! What a running fleet stands on: its root, and the files that its daemon made there. Processes that have them open go on
+//! when the names are removed, but none can join, be restarted, or be found any more.
 
-use crate::address::SHM;
 use crate::{Address, BusError, Result};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -16,18 +15,17 @@ impl Footing {
     /// # Errors
     /// When something of it is missing already.
     pub fn survey(address: &Address) -> Result<Footing> {
-        let entries = std::fs::read_dir(SHM).map_err(|e| BusError::io(Path::new(SHM), "read the directory", e))?;
-        let prefix = address.prefix();
-        let objects = entries.flatten().filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix));
-        let paths = [address.root().to_path_buf(), address.file(crate::gate::FILE)];
-        let noted = paths.into_iter().chain(objects.map(|entry| entry.path())).map(|path| {
+        let root = address.root();
+        let entries = std::fs::read_dir(root).map_err(|e| BusError::io(root, "read the directory", e))?;
+        let files = entries.flatten().filter(|entry| entry.file_type().is_ok_and(|kind| !kind.is_dir()));
+        let noted = std::iter::once(root.to_path_buf()).chain(files.map(|entry| entry.path())).map(|path| {
             let identity = identity(&path).map_err(|e| BusError::io(&path, "find it again", e))?;
             Ok((path, identity))
         });
         noted.collect::<Result<Vec<_>>>().map(Footing)
     }
 
-    /// What is missing, or something else by now. A look costs a system call for each (about ten).
+    /// What is missing, or something else by now. A look costs a system call for each (about twenty).
     pub fn missing(&self) -> Option<&Path> {
         let gone = |(path, noted): &&(PathBuf, (u64, u64))| match identity(path) {
             Ok(identity) => identity != *noted,
@@ -57,7 +55,7 @@ mod tests {
         assert_eq!(footing.missing(), None);
         assert!(footing.0.len() > 4, "{footing:?}");
         for (path, _) in footing.0.iter().skip(1) {
-            let aside = address.root().with_file_name(format!("{}.aside", address.prefix()));
+            let aside = address.file("aside");
             std::fs::rename(path, &aside).unwrap();
             assert_eq!(footing.missing(), Some(path.as_path()));
             std::fs::File::create_new(path).unwrap();
