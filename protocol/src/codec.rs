@@ -30,7 +30,7 @@ pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, CodecError> {
 }
 
 /// The value that the bytes hold, all of them. Bytes that claim to hold more than they can are refused before memory is
-/// taken for it: decoding takes at most [`EXPANSION_MAX`] times the length of the input, and some kilobytes.
+/// taken for it: decoding never holds more than [`EXPANSION_MAX`] times the length of the input and [`RESERVE_MAX`].
 ///
 /// # Errors
 /// When the bytes are not such a value, or hold more than it.
@@ -49,8 +49,13 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
 
 /// A number of eight bytes may be encoded in one, and bincode counts it as eight.
 const EXPANSION: usize = 8;
-/// What decoding takes, as a multiple of the input, beyond some kilobytes: the limits are a factor of four apart.
-pub const EXPANSION_MAX: usize = 4 * EXPANSION;
+/// Memory that decoding takes at most for what it has read, as a multiple of the input: an element of a list takes up to
+/// 23 times its encoding (a [`scenarios::Problem`] of empty texts), and while a list grows, its memory is there
+/// three times.
+pub const EXPANSION_MAX: usize = 96;
+/// Memory that decoding may take for what it has not read, bytes: serde reserves up to 1 MiB for a list before its first
+/// element, and lists of messages are two deep; a text is reserved up to the limit of bincode, 4 KiB for short inputs.
+pub const RESERVE_MAX: usize = (2 << 20) + (8 << 10);
 
 fn decode_limited<T: DeserializeOwned, const LIMIT: usize>(bytes: &[u8]) -> Result<T, CodecError> {
     let config = bincode::config::standard().with_limit::<LIMIT>();
@@ -67,7 +72,7 @@ mod tests {
     fn a_length_that_the_input_cannot_hold_is_refused_before_memory_is_taken_for_it() {
         // A task for a robot whose name has 2^62 bytes.
         assert!(decode::<Request>(&[0x02, 0xfd, 0, 0, 0, 0, 0, 0, 0, 0x40]).is_err());
-        // Lists of as many elements: nothing is reserved for what does not come.
+        // Lists of as many elements.
         assert!(decode::<Vec<u64>>(&[0xfd, 0, 0, 0, 0, 0, 0, 0, 0x40, 1]).is_err());
         assert!(decode::<Vec<String>>(&[0xfd, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 1, 65]).is_err());
     }

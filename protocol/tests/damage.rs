@@ -1,0 +1,269 @@
+//! Damaged and hostile bytes, decoded as every kind of message and file that is bincode: decoding never panics, takes
+//! memory in proportion to its input, and what it accepts can be encoded and decoded again.
+
+#[path = "../../tests/counting.rs"]
+mod counting;
+
+use counting::peak_of;
+use proptest::prelude::*;
+use scenarios::{Overrides, Scenario};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use shoal_protocol::Seat;
+use shoal_protocol::codec::{EXPANSION_MAX, RESERVE_MAX, decode, encode};
+use shoal_protocol::daemon_to_robot::AgentSpec;
+use shoal_protocol::daemon_to_world::{Absence, Order};
+use shoal_protocol::operator_to_daemon::{NewRobot, Reply, Request, RobotStatus, Status};
+use shoal_protocol::record::{Ending, Header};
+use shoal_protocol::world_to_daemon::{Event, Notice, Outcome, RobotOutcome};
+
+/// A type that is decoded from bytes of another process or of a file.
+struct Kind {
+    name: &'static str,
+    /// Encoded values, as many as it takes to have every variant and no empty list.
+    samples: Vec<Vec<u8>>,
+    /// Decodes the bytes as this type and checks what comes of it.
+    check: fn(&[u8]) -> Result<(), String>,
+}
+
+fn kind<T: Serialize + DeserializeOwned>(samples: &[T]) -> Kind {
+    let samples = samples.iter().map(|sample| encode(sample).unwrap()).collect();
+    Kind { name: std::any::type_name::<T>(), samples, check: check::<T> }
+}
+
+fn check<T: Serialize + DeserializeOwned>(bytes: &[u8]) -> Result<(), String> {
+    let (decoded, peak) = peak_of(|| decode::<T>(bytes));
+    let most = RESERVE_MAX + EXPANSION_MAX * bytes.len();
+    if peak > most {
+        return Err(format!("{} bytes took {peak} bytes of memory, more than {most}", bytes.len()));
+    }
+    let Ok(value) = decoded else { return Ok(()) };
+    // Compared as bytes: NaN differs from itself.
+    let once = encode(&value).map_err(|error| error.to_string())?;
+    let twice = decode::<T>(&once).and_then(|value| encode(&value)).map_err(|error| error.to_string())?;
+    if once == twice { Ok(()) } else { Err("it is another value after one more round".to_owned()) }
+}
+
+fn scenario(name: &str) -> Scenario {
+    let entry = scenarios::find_catalog(name).unwrap();
+    scenarios::parse(entry.name, entry.text, &Overrides::default()).unwrap()
+}
+
+fn kinds() -> Vec<Kind> {
+    let seat = Seat { slot: 3, incarnation: 1 };
+    let text = || "r03".to_owned();
+    let scenarios = ["mixed", "moving-obstacles", "tasks", "arm-1"].map(scenario);
+    let robot = || Box::new(scenarios[0].template.clone());
+    let event = || Event { tick: 300, kind: text(), slot: Some(3), detail: text() };
+    let robots = vec![RobotOutcome { time_s: Some(1.5), gone: Some(text()), ..RobotOutcome::default() }; 2];
+    let outcome = || Outcome { robots: robots.clone(), events: vec![event(); 2], ..Outcome::default() };
+    let status = RobotStatus {
+        id: text(),
+        slot: 3,
+        incarnation: 0,
+        pid: Some(70_000),
+        state: text(),
+        planner: text(),
+        position_m: [1.0, -2.0],
+        goal_m: [0.0, 1e300],
+        arrived: false,
+        goals_done: 1,
+        goals_left: 2,
+    };
+    let status = Status {
+        scenario: text(),
+        mode: text(),
+        tick: 1 << 40,
+        time_s: 0.5,
+        daemon_pid: 1,
+        world_pid: 2,
+        robots: vec![status; 2],
+    };
+    let new_robot = NewRobot { id: Some(text()), planner: Some(text()), kind: Some(text()), ..NewRobot::default() };
+    let absences = [
+        Absence::Died { signal: Some(-9), code: None, words: text() },
+        Absence::Stopped,
+        Absence::Overdue,
+        Absence::NotStarted { why: text() },
+        Absence::Deaf { why: text() },
+    ];
+    let mut orders = vec![
+        Order::Admit { slot: 3, robot: robot() },
+        Order::Remove { slot: 3 },
+        Order::Task { task: 1, slot: 3, goal_m: [1.0, 2.0], now: true },
+        Order::Stop,
+    ];
+    orders.extend(absences.map(|cause| Order::Absent { seat, cause }));
+    vec![
+        kind(&[Request::Status, Request::Add(new_robot), Request::Task { robot: text(), goal_m: [1.0; 2], now: true }]),
+        kind(&[
+            Reply::Status(status),
+            Reply::Added { robot: text(), slot: 3 },
+            Reply::Tasked { task: 1 },
+            Reply::Refused { problem: text(), hint: Some(text()) },
+        ]),
+        kind(&orders),
+        kind(&[
+            Notice::Expect { seat, tick: 4 },
+            Notice::Entered { seat, tick: 4 },
+            Notice::Kill { seat },
+            Notice::Pause { seat },
+            Notice::Resume { seat },
+            Notice::Left { seat },
+            Notice::Log(event()),
+        ]),
+        kind(&[outcome()]),
+        kind(&scenarios.each_ref().map(|scenario| AgentSpec::new(scenario, &scenario.robots[0], seat))),
+        kind(&[Header { shoal: text(), scenario: scenarios[0].clone() }]),
+        kind(&[Ending { added: vec![(3, *robot())], outcome: outcome() }]),
+        kind(&scenarios),
+    ]
+}
+
+/// A number as bincode writes it: the length of a text or a list.
+fn length(value: u64) -> Vec<u8> {
+    encode(&value).unwrap()
+}
+
+/// More elements than any input holds.
+const CLAIM: u64 = 1 << 62;
+
+/// The bytes with a length at that place instead of what was there.
+fn claiming(bytes: &[u8], at: usize, claim: u64) -> Vec<u8> {
+    [&bytes[..at], &length(claim), &bytes[at + 1..]].concat()
+}
+
+/// Every damage of one place: cut off, another byte, a length that cannot be, lists of the smallest elements.
+fn damage(bytes: &[u8], at: usize, zeros: &[u8]) -> Vec<Vec<u8>> {
+    let (before, byte, after) = (&bytes[..at], bytes[at], &bytes[at + 1..]);
+    let mut damaged = vec![before.to_vec()];
+    for other in [0, 1, byte.wrapping_add(1), byte ^ 0x80, 0xfb, 0xfc, 0xfd, 0xfe, 0xff] {
+        damaged.push([before, &[other], after].concat());
+    }
+    for claim in [300, 70_000, 1 << 32, 1 << 40, CLAIM, u64::MAX] {
+        damaged.push(claiming(bytes, at, claim));
+        damaged.push([before, &length(claim), &bytes[at..]].concat());
+    }
+    // Lists that have just grown beyond what was reserved for them, and long ones.
+    for count in [50_000, 70_000, zeros.len()] {
+        damaged.push([before, &length(count as u64), &zeros[..count]].concat());
+    }
+    damaged
+}
+
+#[test]
+fn whatever_a_place_is_damaged_to_decoding_takes_memory_in_proportion() {
+    let zeros = vec![0; 300_000];
+    for Kind { name, samples, check } in kinds() {
+        for (number, sample) in samples.iter().enumerate() {
+            check(sample).unwrap_or_else(|error| panic!("{name}, sample {number}: {error}"));
+            for at in 0..sample.len() {
+                for damaged in damage(sample, at, &zeros) {
+                    let begin = &damaged[..damaged.len().min(at + 16)];
+                    check(&damaged)
+                        .unwrap_or_else(|error| panic!("{name}, sample {number}, place {at}: {error}\n{begin:02x?}"));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn lists_that_claim_too_much_within_each_other_take_memory_in_proportion() {
+    let mut pairs = 0;
+    for Kind { name, samples, check } in kinds() {
+        for (number, sample) in samples.iter().enumerate() {
+            let reserves = |at: &usize| peak_of(|| check(&claiming(sample, *at, CLAIM))).1 > 1 << 19;
+            let lists: Vec<usize> = (0..sample.len()).filter(reserves).collect();
+            for (i, outer) in lists.iter().enumerate() {
+                for inner in &lists[i + 1..] {
+                    check(&claiming(&claiming(sample, *inner, CLAIM), *outer, CLAIM))
+                        .unwrap_or_else(|error| panic!("{name}, sample {number}, {outer} and {inner}: {error}"));
+                    pairs += 1;
+                }
+            }
+        }
+    }
+    assert!(pairs > 0, "no list was found");
+}
+
+/// One change of bytes; places and lengths are taken modulo what there is.
+#[derive(Clone, Debug)]
+enum Change {
+    Put(usize, u8),
+    Insert(usize, Vec<u8>),
+    Remove(usize, usize),
+    Repeat(usize, usize, usize),
+    Claim(usize, u64),
+    Cut(usize),
+}
+
+impl Change {
+    fn apply(&self, bytes: &mut Vec<u8>) {
+        let place = |at: usize, bytes: &[u8]| at % (bytes.len() + 1);
+        match self {
+            Change::Put(at, byte) => {
+                let at = place(*at, bytes);
+                bytes.splice(at..bytes.len().min(at + 1), [*byte]);
+            }
+            Change::Insert(at, inserted) => {
+                let at = place(*at, bytes);
+                bytes.splice(at..at, inserted.iter().copied());
+            }
+            Change::Remove(at, count) => {
+                let at = place(*at, bytes);
+                bytes.drain(at..bytes.len().min(at + count));
+            }
+            Change::Repeat(at, count, times) => {
+                let at = place(*at, bytes);
+                let repeated = bytes[at..bytes.len().min(at + count)].repeat(*times);
+                bytes.splice(at..at, repeated);
+            }
+            Change::Claim(at, claim) => {
+                let at = place(*at, bytes);
+                bytes.splice(at..bytes.len().min(at + 1), length(*claim));
+            }
+            Change::Cut(at) => bytes.truncate(place(*at, bytes)),
+        }
+    }
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    let at = || any::<usize>();
+    prop_oneof![
+        (at(), any::<u8>()).prop_map(|(at, byte)| Change::Put(at, byte)),
+        (at(), prop::collection::vec(any::<u8>(), 1..20)).prop_map(|(at, bytes)| Change::Insert(at, bytes)),
+        (at(), 1..40_usize).prop_map(|(at, count)| Change::Remove(at, count)),
+        (at(), 1..60_usize, 1..200_usize).prop_map(|(at, count, times)| Change::Repeat(at, count, times)),
+        (at(), (0..64_u32, any::<u64>())).prop_map(|(at, (bits, claim))| Change::Claim(at, claim >> bits)),
+        at().prop_map(Change::Cut),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1024, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Messages changed in several places, and messages of one kind read as another.
+    #[test]
+    fn changed_messages_are_refused_or_read_whatever_they_are_read_as(
+        from in any::<prop::sample::Index>(),
+        sample in any::<prop::sample::Index>(),
+        changes in prop::collection::vec(change(), 0..6),
+    ) {
+        let kinds = kinds();
+        let mut bytes = from.get(&kinds).samples[sample.index(from.get(&kinds).samples.len())].clone();
+        changes.iter().for_each(|change| change.apply(&mut bytes));
+        for Kind { name, check, .. } in kinds {
+            check(&bytes).map_err(|error| TestCaseError::fail(format!("{name}: {error}")))?;
+        }
+    }
+
+    /// Bytes that begin with the number of any variant, also of one that has no sample here.
+    #[test]
+    fn noise_is_refused_or_read(tag in 0..24_u8, noise in prop::collection::vec(any::<u8>(), 0..400)) {
+        let bytes = [&[tag], noise.as_slice()].concat();
+        for Kind { name, check, .. } in kinds() {
+            check(&bytes).map_err(|error| TestCaseError::fail(format!("{name}: {error}")))?;
+        }
+    }
+}
