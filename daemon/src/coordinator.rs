@@ -6,11 +6,20 @@
 
 mod operators;
 
+use operators::Waiting;
+pub use operators::{Answer, CONFIRM_WITHIN, WAITING_MAX};
 use protocol::Seat;
-use protocol::daemon_to_world::{Absence, Order};
+use protocol::daemon_to_world::{Absence, Order, Ticket};
+use protocol::operator_to_daemon::Reply;
 use protocol::world_to_daemon::{Event, Notice};
 use scenarios::{Scenario, StragglerPolicy, What};
 use std::time::Duration;
+
+/// The shell lets the coordinator look at the clock more often than this; what is beyond it, nothing ran.
+const LOOKED_WITHIN: Duration = Duration::from_secs(1);
+
+/// A process that never gets a processor is given up after this many start limits all the same.
+const START_LIMITS_MAX: u32 = 20;
 
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +50,8 @@ pub enum Action {
     Signal(Seat, Signal),
     /// Tell the world.
     Order(Order),
+    /// Answer the operator whose request got this ticket.
+    Reply(Ticket, Reply),
     /// Tell whoever watches.
     Say(String),
     /// End every process of the fleet at once.
@@ -75,6 +86,8 @@ pub enum State {
     Left,
     /// It died.
     Dead,
+    /// The world had no place for it.
+    Refused,
 }
 
 impl State {
@@ -88,6 +101,7 @@ impl State {
             State::Stopped => "stopped",
             State::Left => "left",
             State::Dead => "dead",
+            State::Refused => "refused",
         }
     }
 }
@@ -115,13 +129,26 @@ pub struct Coordinator {
     stopping: bool,
     interrupts: u32,
     tasks: u32,
+    /// What operators asked for and the world has not answered, in the order in which it was asked for.
+    waiting: Vec<Waiting>,
+    /// When time was looked at last.
+    looked_at: Option<Duration>,
 }
 
 impl Coordinator {
     /// A fleet of which nothing runs yet.
     pub fn new(scenario: Scenario) -> Coordinator {
         let members = (0..scenario.robots.len()).map(|slot| Member::new(slot as u32)).collect();
-        Coordinator { scenario, members, actions: Vec::new(), stopping: false, interrupts: 0, tasks: 0 }
+        Coordinator {
+            scenario,
+            members,
+            actions: Vec::new(),
+            stopping: false,
+            interrupts: 0,
+            tasks: 0,
+            waiting: Vec::new(),
+            looked_at: None,
+        }
     }
 
     /// Starts the agents of all robots that are in the world from the beginning, without waiting for the world to ask.
@@ -173,6 +200,7 @@ impl Coordinator {
             Notice::Pause { seat } => self.signal(seat, Signal::Stop, Some(State::Paused)),
             Notice::Resume { seat } => self.signal(seat, Signal::Continue, Some(State::Running)),
             Notice::Left { seat } => self.with_current(seat, |member| member.state = State::Left),
+            Notice::Answer { ticket, refused } => self.answered(ticket, refused),
             Notice::Log(event) => {
                 if is_news(&event) {
                     let line = describe(&self.scenario, &event);
@@ -251,16 +279,26 @@ impl Coordinator {
         });
     }
 
-    /// Time has passed: whoever is not ready within the start limit is given up.
-    pub fn time(&mut self, now: Duration, ready: &dyn Fn(Seat) -> bool) {
+    /// Time has passed: whoever is not ready within the start limit is given up, and operators do not wait for ever.
+    /// `waited` says how long a process has waited for a processor since it began: that is not its own time.
+    pub fn time(&mut self, now: Duration, ready: &dyn Fn(Seat) -> bool, waited: &dyn Fn(u32) -> Duration) {
+        // A daemon that has been away itself, as with the whole machine, learns nothing about others from that.
+        let away = self.looked_at.map_or(Duration::ZERO, |before| now.saturating_sub(before + LOOKED_WITHIN));
+        self.looked_at = Some(now);
+        self.members.iter_mut().for_each(|member| member.started_at += away);
+        self.waiting.iter_mut().filter_map(|waiting| waiting.since.as_mut()).for_each(|since| *since += away);
+        self.answer_late(now);
         let limit = Duration::from_secs_f64(self.scenario.fleet.start_limit_s);
         let late: Vec<Seat> = self
             .members
             .iter()
             .filter(|member| member.state == State::Starting && member.pid.is_some())
-            .filter(|member| now.saturating_sub(member.started_at) > limit)
+            .filter(|member| now.saturating_sub(member.started_at) > limit && !ready(member.seat))
+            .filter(|member| {
+                let took = now.saturating_sub(member.started_at);
+                took > limit * START_LIMITS_MAX || took.saturating_sub(member.pid.map_or(took, waited)) > limit
+            })
             .map(|member| member.seat)
-            .filter(|seat| !ready(*seat))
             .collect();
         for seat in late {
             let why = format!("not ready within {} s", self.scenario.fleet.start_limit_s);

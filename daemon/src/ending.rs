@@ -54,6 +54,7 @@ impl Supervisor {
         while let Some(notice) = self.notices.take() {
             self.coordinator.notice(notice);
         }
+        self.coordinator.refuse_waiting();
         self.act(Some(watch));
         self.show(watch);
 

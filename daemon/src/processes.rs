@@ -33,6 +33,15 @@ pub struct Measured {
     pub pss_kib: Option<u64>,
 }
 
+/// What the kernel says of a process, in a word for tables.
+pub fn state_word(pid: u32) -> &'static str {
+    match bus::process::state_of(pid) {
+        Some('T' | 't') => "stopped",
+        Some('Z' | 'X') | None => "ended",
+        Some(_) => "running",
+    }
+}
+
 struct Child {
     who: Who,
     pid: Pid,

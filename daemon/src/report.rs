@@ -381,6 +381,13 @@ pub struct LatencyReport {
     pub deadline_misses: Option<u64>,
     /// Times that a robot was held or dropped because it did not answer.
     pub stragglers: u64,
+    /// Times that time stood still for the world (stopped, frozen, without a processor) for longer than it makes up for:
+    /// that time was skipped; 0 in `lockstep`.
+    #[serde(default)]
+    pub gaps: u64,
+    /// How long all of these were together, ms.
+    #[serde(default)]
+    pub gaps_ms: u64,
     /// Why periods were late; null in `lockstep`.
     #[serde(default)]
     pub blame: Option<Blame>,

@@ -1,21 +1,21 @@
 //! The supervisor: the processes of one fleet and the shared memory they live in. It does what the coordinator
 //! decides, and tells it what became of it.
 
-use crate::coordinator::{Action, Coordinator, Ending, Signal};
+use crate::coordinator::{Action, Answer, Coordinator, Ending, Signal};
 use crate::ending::{Finished, full_memory};
 use crate::executables::Executables;
 use crate::exit::Failure;
 use crate::guardian::Guardian;
-use crate::processes::Children;
+use crate::processes::{Children, state_word};
 use crate::signals::Signals;
 use bus::{
     Address, Footing, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes,
 };
-use bus::{WorldObserver, clean, clock};
+use bus::{Responder, WorldObserver, clean, clock};
 use protocol::Seat;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
-use protocol::daemon_to_world::Order;
+use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
 use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -73,6 +73,8 @@ pub struct Supervisor {
     orders: OrderSender,
     pub(crate) notices: NoticeReceiver,
     operators: OperatorServer,
+    /// Operators whose request the world has not decided yet.
+    awaiting: Vec<(Ticket, Responder)>,
     observer: WorldObserver,
     pub(crate) signals: Signals,
     pub(crate) world_ending: Option<Ending>,
@@ -159,6 +161,7 @@ impl Supervisor {
             orders: OrderSender::open(&node)?,
             notices: NoticeReceiver::open(&node)?,
             operators: OperatorServer::open(&address)?,
+            awaiting: Vec::new(),
             observer: WorldObserver::open(&node)?,
             coordinator: Coordinator::new(scenario),
             address,
@@ -210,7 +213,9 @@ impl Supervisor {
             self.serve();
             self.orders.flush();
             let gate = &self.gate;
-            self.coordinator.time(now(), &|seat| gate.is_ready(seat));
+            let waited = |pid| clock::schedstat_of(pid).map_or(0, |stat| stat.waited_ns);
+            let waited = |pid| Duration::from_nanos(waited(pid));
+            self.coordinator.time(now(), &|seat| gate.is_ready(seat), &waited);
             self.act(Some(watch));
             if self.gate.start_ns().is_some() {
                 if self.children.begin_measuring() {
@@ -261,7 +266,8 @@ impl Supervisor {
         for (who, change) in self.children.changes() {
             match (who, change) {
                 (Who::World, Change::Ended(ending)) => self.world_ending = Some(ending),
-                (Who::World, _) => {}
+                (Who::World, Change::Stopped) => self.coordinator.say("the world's process was stopped".to_owned()),
+                (Who::World, Change::Continued) => self.coordinator.say("the world's process goes on".to_owned()),
                 (Who::Agent(seat), Change::Ended(ending)) => {
                     let name = self.coordinator.name(seat.slot).to_owned();
                     if let Some(why) = full_memory(ending) {
@@ -305,6 +311,11 @@ impl Supervisor {
                         self.orders.send(&order).unwrap_or_else(|error| self.fail(error.into()));
                         self.gate.ring_world();
                     }
+                    Action::Reply(ticket, reply) => {
+                        if let Some(index) = self.awaiting.iter().position(|(waits, _)| *waits == ticket) {
+                            self.awaiting.swap_remove(index).1.reply(&reply);
+                        }
+                    }
                     Action::Say(line) => {
                         if let Some(watch) = watch.as_deref_mut() {
                             watch.say(&line);
@@ -337,8 +348,10 @@ impl Supervisor {
     /// Answers operators.
     fn serve(&mut self) {
         while let Some((request, responder)) = self.operators.take() {
-            let reply = match &request {
-                Request::Status => Reply::Status(self.status()),
+            let answer = match &request {
+                Request::Status => Answer::Now(Reply::Status(self.status())),
+                // An operator who went believes that nothing was done.
+                _ if !responder.is_awaited() => continue,
                 request => {
                     let (observer, robots) = (&self.observer, &self.coordinator.scenario().robots);
                     let bodies: Vec<(u32, Odometry, f64)> = (self.coordinator.members().iter())
@@ -355,12 +368,17 @@ impl Supervisor {
                     self.coordinator.request(request, &near)
                 }
             };
-            responder.reply(&reply);
+            match answer {
+                Answer::Now(reply) => responder.reply(&reply),
+                Answer::Later(ticket) => self.awaiting.push((ticket, responder)),
+            }
         }
     }
 
     fn status(&self) -> Status {
         let (scenario, progress) = (self.coordinator.scenario(), self.gate.progress());
+        let world_pid = self.children.world_pid().unwrap_or(0);
+        let tick_age_ns = clock::now_ns().saturating_sub(progress.stamp_ns);
         let robots = (self.coordinator.members().iter())
             .zip(&scenario.robots)
             .map(|(member, robot)| {
@@ -391,7 +409,9 @@ impl Supervisor {
             tick: progress.tick,
             time_s: progress.tick as f64 * scenario.clock.dt_s(),
             daemon_pid: rustix::process::getpid().as_raw_nonzero().get() as u32,
-            world_pid: self.children.world_pid().unwrap_or(0),
+            world_pid,
+            world_state: state_word(world_pid).to_owned(),
+            tick_age_s: (progress.stamp_ns > 0).then_some(tick_age_ns as f64 * 1e-9),
             robots,
         }
     }

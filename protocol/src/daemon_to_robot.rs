@@ -14,6 +14,8 @@ pub struct AgentSpec {
     pub robot: Robot,
     /// How time passes.
     pub clock: Clock,
+    /// A command acts for this long after the odometry that it was computed from, s; from older odometry there is none.
+    pub command_timeout_s: f64,
     /// How many pieces there are besides one per robot.
     pub shape_pieces: u32,
     /// How many robots the fleet can hold.
@@ -45,6 +47,7 @@ impl AgentSpec {
             seat,
             robot: robot.clone(),
             clock: scenario.clock,
+            command_timeout_s: scenario.fleet.command_timeout_s,
             shape_pieces: scenario.shape_pieces(),
             max_robots: scenario.fleet.max_robots as u32,
             map,

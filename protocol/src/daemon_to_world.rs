@@ -42,6 +42,27 @@ pub enum Order {
     Stop,
 }
 
+/// What an order is called in the world's answer to it
+/// ([`Notice::Answer`](crate::world_to_daemon::Notice::Answer)): those that an operator waits for have a ticket.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Ticket {
+    /// [`Order::Admit`] for this slot.
+    Admit(u32),
+    /// [`Order::Task`] with this number.
+    Task(u32),
+}
+
+impl Order {
+    /// Its ticket, if it has one.
+    pub fn ticket(&self) -> Option<Ticket> {
+        match self {
+            Order::Admit { slot, .. } => Some(Ticket::Admit(*slot)),
+            Order::Task { task, .. } => Some(Ticket::Task(*task)),
+            Order::Remove { .. } | Order::Absent { .. } | Order::Stop => None,
+        }
+    }
+}
+
 /// Why a process does not answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Absence {

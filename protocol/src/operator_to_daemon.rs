@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
 /// anything else.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 /// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,17 +46,25 @@ pub struct NewRobot {
 pub enum Reply {
     /// To [`Request::Status`].
     Status(Status),
-    /// The robot is on its way in.
+    /// The world has a place for the robot, and lets it in as soon as its process is ready.
     Added {
         /// Its name.
         robot: String,
         /// Its slot.
         slot: u32,
     },
-    /// The goal has been handed on.
+    /// The robot has the goal.
     Tasked {
         /// Number of the task.
         task: u32,
+    },
+    /// It has been handed on to the world, which has not said within a few seconds whether it takes it, and may still do
+    /// so.
+    Unconfirmed {
+        /// What waits.
+        problem: String,
+        /// What to do about it.
+        hint: String,
     },
     /// It cannot be done: why, and the way out.
     Refused {
@@ -82,6 +90,11 @@ pub struct Status {
     pub daemon_pid: u32,
     /// Process of the world.
     pub world_pid: u32,
+    /// What the kernel says of it: `running`, `stopped`, `ended`.
+    pub world_state: String,
+    /// Since the newest tick, wall time, s; `None` before the first. It grows while the world is stopped, hangs, or waits
+    /// for a robot.
+    pub tick_age_s: Option<f64>,
     /// The robots, by slot.
     pub robots: Vec<RobotStatus>,
 }

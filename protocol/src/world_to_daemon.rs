@@ -1,6 +1,7 @@
 //! What the world tells the daemon: whom it expects, what happened, and in the end the outcome.
 
 use crate::Seat;
+use crate::daemon_to_world::Ticket;
 use serde::{Deserialize, Serialize};
 
 /// Something that the daemon acts on while the run goes on.
@@ -40,6 +41,13 @@ pub enum Notice {
         /// Whose.
         seat: Seat,
     },
+    /// The order with this ticket has taken effect, or never will.
+    Answer {
+        /// Which order.
+        ticket: Ticket,
+        /// Why it has no effect; `None` if it was taken.
+        refused: Option<String>,
+    },
     /// An entry for the log of the run.
     Log(Event),
 }
@@ -50,7 +58,7 @@ pub struct Event {
     /// At which tick.
     pub tick: u64,
     /// What: `joined`, `left`, `task`, `task-done`, `arrived`, `contact`, `killed`, `died`, `paused`, `resumed`,
-    /// `held`, `dropped`, `restarted`, `not-started`, `deaf`, `radio`, ...
+    /// `held`, `dropped`, `restarted`, `not-started`, `deaf`, `radio`, `gap` (time stood still), `ignored`, ...
     pub kind: String,
     /// Slot of the robot it is about, if it is about one.
     pub slot: Option<u32>,

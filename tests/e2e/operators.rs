@@ -65,6 +65,38 @@ fn operators_see_a_fleet_add_to_it_and_send_it_on() {
 }
 
 #[test]
+fn a_task_is_acknowledged_if_the_robot_has_it_and_only_then() {
+    let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(1, 1000.0));
+    let mut fleet = Run::scenario(&scenario).mode("realtime").set("fleet.command_timeout_s=30").start();
+    let (root, id) = (fleet.root(), fleet.id());
+    fleet.wait_tick(1);
+    let (mut taken, mut refused) = (Vec::new(), 0);
+    for _ in 0..72 {
+        let sent = shoal(&["task", "send", "a", "1,0", "--fleet", &id, "--format", "json"]);
+        match sent.code {
+            Some(0) => taken.push(sent.report["task"].as_u64().unwrap()),
+            _ => {
+                sent.expect_failure(2, &["robot `a`: too many goals are waiting", "--now"]);
+                refused += 1;
+            }
+        }
+    }
+    assert_eq!((taken.len(), refused), (64, 8), "as many as a robot keeps");
+    let ps = shoal(&["ps", "--fleet", &id, "--format", "json"]).expect(0).report;
+    assert_eq!(ps["fleets"][0]["robots"][0]["goals_left"], 65, "{ps:#}");
+    signal(fleet.daemon(), Signal::INT);
+    let ended = fleet.wait().expect(130);
+    let logged = |kind: &str| -> Vec<u64> {
+        let events = ended.report["events"].as_array().unwrap().iter().filter(|event| event["kind"] == kind);
+        let number = |event: &Value| event["detail"].as_str()?.strip_prefix("task ")?.split(':').next()?.parse().ok();
+        events.filter_map(number).collect()
+    };
+    assert_eq!(logged("task"), taken, "what was acknowledged is what the robot had\n{ended}");
+    assert_eq!(logged("ignored").len(), refused, "{ended}");
+    assert_clean(&root);
+}
+
+#[test]
 fn a_robot_can_be_added_to_a_fleet_in_lockstep() {
     let run = Run::scenario(&lanes(1, 10.0)).mode("lockstep").set("clock.tick_hz=1000").set("world.y_m=[-4, 4]");
     let mut fleet = run.start();

@@ -3,6 +3,7 @@
 mod catalog;
 mod determinism;
 mod invariants;
+mod operators;
 mod radio;
 mod random;
 mod table;

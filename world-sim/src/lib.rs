@@ -36,4 +36,4 @@ mod shortest;
 mod smoothness;
 mod world;
 
-pub use world::{Opening, World};
+pub use world::{Opening, ROBOT_GONE, TOO_MANY_GOALS, World};

@@ -17,9 +17,15 @@ use crate::shapes::Shapes;
 use nalgebra::Point2;
 use planners::Drive;
 use protocol::Seat;
-use protocol::daemon_to_world::{Absence, Order};
+use protocol::daemon_to_world::{Absence, Order, Ticket};
+use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::Piece;
 use scenarios::{Bounds, Clock, Event, MAX_ROBOTS, Robot, Scenario, StragglerPolicy, What};
+
+/// Why a task is refused: the robot has as many goals as it can keep.
+pub const TOO_MANY_GOALS: &str = "too many goals are waiting";
+/// Why a task is refused: the robot left, was dropped, or is dead for good.
+pub const ROBOT_GONE: &str = "the robot is gone";
 
 /// The world of one run. See the crate's documentation for its cycle.
 pub struct World {
@@ -156,6 +162,25 @@ impl World {
         }
     }
 
+    /// Whether this is the present life of a robot, with a process that runs or is on its way: what is said of any other
+    /// seat is about nobody.
+    pub fn has_process(&self, seat: Seat) -> bool {
+        let presence = self.presences.get(seat.slot as usize);
+        presence.is_some_and(|presence| presence.seat() == seat && presence.has_process())
+    }
+
+    /// Time stood still for the world's process: it goes on from now, and does not make up for it.
+    pub fn stood_still(&mut self, lost_ms: u64) {
+        self.journal.note(self.tick, "gap", None, format!("{lost_ms} ms"));
+    }
+
+    /// Whoever still waits for an order that has not taken effect is told that the run is over.
+    pub fn refuse_orders(&mut self) {
+        for order in std::mem::take(&mut self.orders) {
+            self.answer(order.ticket(), Err("the run is over"));
+        }
+    }
+
     /// A robot that was held answers again: it takes part from the next opening on.
     pub fn back(&mut self, seat: Seat) {
         if let Some(presence) = self.presences.get_mut(seat.slot as usize) {
@@ -202,10 +227,14 @@ impl World {
         let mut orders = std::mem::take(&mut self.orders);
         for order in orders.drain(..) {
             match order {
-                Order::Admit { slot, robot } => self.admit(slot as usize, &robot),
+                Order::Admit { slot, ref robot } => {
+                    let admitted = self.admit(slot as usize, robot);
+                    self.answer(order.ticket(), admitted);
+                }
                 Order::Remove { slot } => self.leave(slot as usize),
                 Order::Task { task, slot, goal_m, now } => {
-                    self.task(slot as usize, Point2::from(goal_m), now, Source::Operator(task));
+                    let taken = self.task(slot as usize, Point2::from(goal_m), now, Source::Operator(task));
+                    self.answer(order.ticket(), taken);
                 }
                 Order::Absent { seat, cause } => {
                     if let Some(presence) = self.presences.get_mut(seat.slot as usize) {
@@ -225,7 +254,10 @@ impl World {
             match what {
                 What::Join { .. } => {} // The slot has been waiting for this tick since the start.
                 What::Leave { robot } => self.leave(robot),
-                What::Task { robot, goal, now } => self.task(robot, goal, now, Source::Timeline),
+                What::Task { robot, goal, now } => {
+                    // The log says so if it was not taken; nobody waits for an answer.
+                    let _ = self.task(robot, goal, now, Source::Timeline);
+                }
                 What::Kill { robot } => self.presences[robot].kill(self.tick, &mut self.journal),
                 What::Pause { robot, ticks } => self.presences[robot].pause(self.tick, ticks, &mut self.journal),
                 What::Radio { robot, radio } => {
@@ -237,15 +269,25 @@ impl World {
         }
     }
 
-    fn admit(&mut self, slot: usize, robot: &Robot) {
+    fn answer(&mut self, ticket: Option<Ticket>, result: Result<(), &'static str>) {
+        if let Some(ticket) = ticket {
+            self.journal.tell(Notice::Answer { ticket, refused: result.err().map(str::to_owned) });
+        }
+    }
+
+    fn admit(&mut self, slot: usize, robot: &Robot) -> Result<(), &'static str> {
         let vacant = self.presences.get(slot).is_none_or(|presence| presence.state == State::Vacant);
         let problem = match &robot.arm {
             // Its links would come between the pieces of others.
-            Some(_) => "admit: an arm cannot be added",
-            None if slot < self.slots_max && vacant => return self.seat(slot, robot, self.tick + 1),
-            None => "admit: the slot is not free",
+            Some(_) => "an arm cannot be added",
+            None if slot < self.slots_max && vacant => {
+                self.seat(slot, robot, self.tick + 1);
+                return Ok(());
+            }
+            None => "the slot is not free",
         };
-        self.journal.note(self.tick, "ignored", slot as u32, problem.to_owned());
+        self.journal.note(self.tick, "ignored", slot as u32, format!("admit: {problem}"));
+        Err(problem)
     }
 
     fn leave(&mut self, slot: usize) {
@@ -254,12 +296,16 @@ impl World {
         }
     }
 
-    fn task(&mut self, slot: usize, goal: Point2<f64>, now: bool, source: Source) {
-        let (kind, detail) = match self.try_task(slot, goal, now, source) {
+    fn task(&mut self, slot: usize, goal: Point2<f64>, now: bool, source: Source) -> Result<(), &'static str> {
+        let left = self.referees.get(slot).and_then(Option::as_ref).map_or(0, Referee::goals_left);
+        let result = self.try_task(slot, goal, now, source);
+        let (kind, detail) = match result {
+            Ok(()) if now && left > 1 => ("task", format!("({}, {}), now, {left} goals are given up", goal.x, goal.y)),
             Ok(()) => ("task", format!("({}, {}), {}", goal.x, goal.y, if now { "now" } else { "queued" })),
             Err(problem) => ("ignored", problem.to_owned()),
         };
         self.journal.note(self.tick, kind, slot as u32, format!("{source}: {detail}"));
+        result
     }
 
     fn try_task(&mut self, slot: usize, goal: Point2<f64>, now: bool, source: Source) -> Result<(), &'static str> {
@@ -267,12 +313,12 @@ impl World {
             return Err("there is no such robot");
         };
         if self.presences[slot].gone().is_some() {
-            return Err("the robot is gone");
+            return Err(ROBOT_GONE);
         }
         if !(goal.x.is_finite() && goal.y.is_finite()) {
             return Err("the goal is nowhere");
         }
-        if referee.task(goal, now, source) { Ok(()) } else { Err("too many goals are waiting") }
+        if referee.task(goal, now, source) { Ok(()) } else { Err(TOO_MANY_GOALS) }
     }
 
     fn enter(&mut self, ready: &mut dyn FnMut(Seat) -> bool) {

@@ -1,28 +1,125 @@
 //! What operators ask of a fleet, and what they are answered.
+//!
+//! What only the world can grant is answered when the world has said so: an acknowledgement means that it is done.
+//! Every request gets one answer, however long the world takes: after [`CONFIRM_WITHIN`] the operator is told that it
+//! is not known yet.
 
 use super::{Action, Coordinator, Member, State};
 use planners::{Kind, ParamValues};
-use protocol::daemon_to_world::Order;
+use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
+use std::time::Duration;
+
+/// An operator is not kept waiting for the world for longer. The operator's own patience is longer.
+pub const CONFIRM_WITHIN: Duration = Duration::from_secs(3);
+/// Orders that the world has not answered; further ones are refused.
+pub const WAITING_MAX: usize = 256;
+
+/// What is known at once of the answer to a request.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Answer {
+    /// All of it.
+    Now(Reply),
+    /// The world decides; an [`Action::Reply`] with this ticket follows.
+    Later(Ticket),
+}
+
+/// An order that the world has not answered.
+pub(super) struct Waiting {
+    ticket: Ticket,
+    robot: String,
+    /// Since when, once the clock has been looked at.
+    pub(super) since: Option<Duration>,
+    /// What the operator is told when the world takes it; `None` once the operator has been answered.
+    reply: Option<Reply>,
+}
 
 impl Coordinator {
     /// An operator asks for something. `near` says whether a robot of that radius would overlap a body at a place.
     /// Status needs measurements and is the shell's to answer.
-    pub fn request(&mut self, request: &Request, near: &dyn Fn([f64; 2], f64) -> Option<u32>) -> Reply {
-        match request {
-            Request::Status => refused("status is not the coordinator's to give", None),
+    pub fn request(&mut self, request: &Request, near: &dyn Fn([f64; 2], f64) -> Option<u32>) -> Answer {
+        let granted = match request {
+            Request::Status => Err(refused("status is not the coordinator's to give", None)),
+            _ if self.stopping => Err(refused("the run is over", None)),
+            _ if self.waiting.len() >= WAITING_MAX => Err(refused(
+                &format!("{WAITING_MAX} requests wait for the world already"),
+                Some("is the world stopped or the machine overloaded? see `shoal ps`, and try again later"),
+            )),
             Request::Add(new) => self.add(new, near),
             Request::Task { robot, goal_m, now } => self.task(robot, *goal_m, *now),
+        };
+        match granted {
+            Ok(waiting) => {
+                let ticket = waiting.ticket;
+                self.waiting.push(waiting);
+                Answer::Later(ticket)
+            }
+            Err(refusal) => Answer::Now(refusal.into()),
         }
     }
 
-    fn add(&mut self, new: &NewRobot, near: &dyn Fn([f64; 2], f64) -> Option<u32>) -> Reply {
+    /// The world has taken the order with this ticket, or will not.
+    pub(super) fn answered(&mut self, ticket: Ticket, problem: Option<String>) {
+        let Some(index) = self.waiting.iter().position(|waiting| waiting.ticket == ticket) else { return };
+        let Waiting { robot, reply, .. } = self.waiting.remove(index);
+        let reply = match (problem, reply) {
+            (None, reply) => reply,
+            (Some(problem), reply) => {
+                if let Ticket::Admit(slot) = ticket {
+                    self.not_admitted(slot);
+                }
+                reply.map(|_| refused(&format!("robot `{robot}`: {problem}"), hint_for(&problem)).into())
+            }
+        };
+        if let Some(reply) = reply {
+            self.actions.push(Action::Reply(ticket, reply));
+        }
+    }
+
+    /// The world has said all that it will: what it has not taken will not happen.
+    pub fn refuse_waiting(&mut self) {
+        while let Some(ticket) = self.waiting.last().map(|waiting| waiting.ticket) {
+            self.answered(ticket, Some("the run is over".to_owned()));
+        }
+    }
+
+    /// Operators who have waited long enough are told that it is not known yet.
+    pub(super) fn answer_late(&mut self, now: Duration) {
+        for Waiting { ticket, robot, since, reply } in &mut self.waiting {
+            let since = *since.get_or_insert(now);
+            if now.saturating_sub(since) <= CONFIRM_WITHIN || reply.take().is_none() {
+                continue;
+            }
+            let what = match *ticket {
+                Ticket::Task(task) => format!("task {task} for robot `{robot}`"),
+                Ticket::Admit(_) => format!("robot `{robot}`"),
+            };
+            let seconds = CONFIRM_WITHIN.as_secs();
+            let problem = format!("{what}: not confirmed: the world has not answered for {seconds} s");
+            let hint = "it may still be done; `shoal ps` shows the robots, and whether the world runs".to_owned();
+            self.actions.push(Action::Reply(*ticket, Reply::Unconfirmed { problem, hint }));
+        }
+    }
+
+    /// The world has no place for a robot that an operator added: it was never there.
+    fn not_admitted(&mut self, slot: u32) {
+        if let Some(member) = self.members.get_mut(slot as usize) {
+            member.state = State::Refused;
+        }
+        // Slots are places in lists: those before the last are given up as soon as they are the last.
+        while self.members.last().is_some_and(|member| member.state == State::Refused) {
+            self.members.pop();
+            self.scenario.robots.pop();
+        }
+    }
+
+    fn add(&mut self, new: &NewRobot, near: &dyn Fn([f64; 2], f64) -> Option<u32>) -> Result<Waiting, Refusal> {
         let slots = self.scenario.fleet.max_robots;
         if self.scenario.robots.len() >= slots {
-            return refused(
+            return Err(refused(
                 &format!("the fleet is full: {slots} robots"),
                 Some("start it with a larger `fleet.max_robots` (`--set fleet.max_robots=N`)"),
-            );
+            ));
         }
         let kind = match new.kind.as_deref() {
             None => None,
@@ -30,7 +127,7 @@ impl Coordinator {
             Some("unicycle") => Some(Kind::Unicycle),
             Some("two-link-arm") => Some(Kind::TwoLinkArm), // refused below, with the reason
             Some(other) => {
-                return refused(&format!("unknown kind `{other}`"), Some("known kinds: point, unicycle"));
+                return Err(refused(&format!("unknown kind `{other}`"), Some("known kinds: point, unicycle")));
             }
         };
         let wish = scenarios::NewRobot {
@@ -45,45 +142,69 @@ impl Coordinator {
         };
         let robot = match scenarios::add_robot(&self.scenario, &wish) {
             Ok(robot) => robot,
-            Err(problems) => return refused(problems.to_string().trim_end(), None),
+            Err(problems) => return Err(refused(problems.to_string().trim_end(), None)),
         };
         if let Some(slot) = near([robot.start.x, robot.start.y], robot.radius_m) {
             let name = self.name(slot).to_owned();
-            return refused(
+            return Err(refused(
                 &format!("start: robot `{name}` is there"),
                 Some("choose another start, or try again later"),
-            );
+            ));
         }
         let slot = self.scenario.robots.len() as u32;
-        let reply = Reply::Added { robot: robot.id.clone(), slot };
+        let (name, reply) = (robot.id.clone(), Reply::Added { robot: robot.id.clone(), slot });
         self.actions.push(Action::Order(Order::Admit { slot, robot: Box::new(robot.clone()) }));
         self.scenario.robots.push(robot);
         self.members.push(Member::new(slot));
-        reply
+        Ok(Waiting { ticket: Ticket::Admit(slot), robot: name, since: None, reply: Some(reply) })
     }
 
-    fn task(&mut self, name: &str, goal_m: [f64; 2], now: bool) -> Reply {
+    fn task(&mut self, name: &str, goal_m: [f64; 2], now: bool) -> Result<Waiting, Refusal> {
         let robots = &self.scenario.robots;
         let Some(slot) = robots.iter().position(|robot| robot.id == name) else {
             let known: Vec<&str> = robots.iter().map(|robot| robot.id.as_str()).collect();
-            return refused(
+            return Err(refused(
                 &format!("there is no robot `{name}`"),
                 Some(&format!("known robots: {}", known.join(", "))),
-            );
+            ));
         };
         if let Some(problem) = scenarios::goal_problem(&self.scenario, &robots[slot], goal_m.into()) {
-            return refused(&problem, Some("choose a goal in free space inside the world"));
+            return Err(refused(&problem, Some("choose a goal in free space inside the world")));
         }
         if self.members[slot].state == State::Left {
-            return refused(&format!("robot `{name}` has left"), None);
+            return Err(refused(&format!("robot `{name}` has left"), None));
         }
         let task = self.tasks;
         self.tasks += 1;
         self.actions.push(Action::Order(Order::Task { task, slot: slot as u32, goal_m, now }));
-        Reply::Tasked { task }
+        let (robot, reply) = (name.to_owned(), Some(Reply::Tasked { task }));
+        Ok(Waiting { ticket: Ticket::Task(task), robot, since: None, reply })
     }
 }
 
-fn refused(problem: &str, hint: Option<&str>) -> Reply {
-    Reply::Refused { problem: problem.to_owned(), hint: hint.map(str::to_owned) }
+/// The way out, for what the world says most.
+fn hint_for(problem: &str) -> Option<&'static str> {
+    match problem {
+        world_sim::TOO_MANY_GOALS => {
+            Some("send it when the robot has reached some of its goals, or with `--now` instead of them")
+        }
+        world_sim::ROBOT_GONE => Some("`shoal ps` shows the robots of the fleet"),
+        _ => None,
+    }
+}
+
+/// Why a request is not granted, and the way out.
+struct Refusal {
+    problem: String,
+    hint: Option<String>,
+}
+
+impl From<Refusal> for Reply {
+    fn from(Refusal { problem, hint }: Refusal) -> Reply {
+        Reply::Refused { problem, hint }
+    }
+}
+
+fn refused(problem: &str, hint: Option<&str>) -> Refusal {
+    Refusal { problem: problem.to_owned(), hint: hint.map(str::to_owned) }
 }

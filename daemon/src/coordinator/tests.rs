@@ -2,6 +2,7 @@ use super::*;
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 
 const ALL_READY: &dyn Fn(Seat) -> bool = &|_| true;
+const NEVER_WAITED: &dyn Fn(u32) -> Duration = &|_| Duration::ZERO;
 const NOBODY_NEAR: &dyn Fn([f64; 2], f64) -> Option<u32> = &|_, _| None;
 
 fn seat(slot: u32, incarnation: u32) -> Seat {
@@ -25,6 +26,11 @@ fn running(set: &[&str]) -> Coordinator {
     }
     assert_eq!(coordinator.take_actions(), [], "the world asks for what was begun already");
     coordinator
+}
+
+/// Lets the coordinator look at the clock at each of these seconds.
+fn pass(coordinator: &mut Coordinator, seconds: std::ops::RangeInclusive<u64>, ready: &dyn Fn(Seat) -> bool) {
+    seconds.for_each(|second| coordinator.time(Duration::from_secs(second), ready, NEVER_WAITED));
 }
 
 fn killed() -> Ending {
@@ -111,18 +117,41 @@ fn whoever_is_not_ready_in_time_is_given_up() {
     coordinator.exited(seat(0, 0), killed(), None, false);
     coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
     coordinator.take_actions();
-    coordinator.time(Duration::from_secs(10), &|_| false);
+    pass(&mut coordinator, 10..=10, &|_| false);
     assert_eq!(coordinator.take_actions(), [], "it is not even started");
     coordinator.spawned(seat(0, 1), 200, Duration::from_secs(10));
     coordinator.take_actions();
-    coordinator.time(Duration::from_secs(13), ALL_READY);
+    pass(&mut coordinator, 11..=13, ALL_READY);
     assert_eq!(coordinator.take_actions(), [], "it waits for its tick, and is ready");
-    coordinator.time(Duration::from_secs(11), &|_| false);
+    coordinator.spawned(seat(0, 1), 200, Duration::from_secs(13));
+    pass(&mut coordinator, 14..=14, &|_| false);
     assert_eq!(coordinator.take_actions(), [], "there is time left");
-    coordinator.time(Duration::from_secs(13), &|_| false);
+    coordinator.time(Duration::from_secs(3600), &|_| false, NEVER_WAITED);
+    assert_eq!(coordinator.take_actions(), [], "the daemon has been away: nobody ran meanwhile");
+    pass(&mut coordinator, 3601..=3601, &|_| false);
     let why = "not ready within 2 s".to_owned();
     let given_up = Action::Order(Order::Absent { seat: seat(0, 1), cause: Absence::NotStarted { why } });
     assert_eq!(coordinator.take_actions(), [given_up, Action::Signal(seat(0, 1), Signal::Kill)]);
+}
+
+#[test]
+fn waiting_for_a_processor_is_not_the_time_of_the_one_that_waits() {
+    let mut coordinator = running(&["fleet.start_limit_s=2"]);
+    coordinator.exited(seat(0, 0), killed(), None, false);
+    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
+    coordinator.spawned(seat(0, 1), 200, Duration::ZERO);
+    coordinator.take_actions();
+    let given_up_after = |coordinator: &mut Coordinator, waited: &dyn Fn(u64) -> u64| {
+        (1..100).find(|&second| {
+            let waited = |pid: u32| Duration::from_secs(if pid == 200 { waited(second) } else { 0 });
+            coordinator.time(Duration::from_secs(second), &|_| false, &waited);
+            !coordinator.take_actions().is_empty()
+        })
+    };
+    // Half of the time it was ready and had no processor; and then a process that never gets one.
+    assert_eq!(given_up_after(&mut coordinator, &|second| second / 2), Some(5));
+    coordinator.spawned(seat(0, 1), 200, Duration::ZERO);
+    assert_eq!(given_up_after(&mut coordinator, &|second| second), Some(41));
 }
 
 #[test]
@@ -134,28 +163,114 @@ fn the_second_interrupt_ends_everything_at_once() {
     assert_eq!(coordinator.take_actions(), [Action::KillFleet]);
 }
 
+fn add(id: &str, start_m: [f64; 2]) -> Request {
+    Request::Add(NewRobot { id: Some(id.to_owned()), start_m, goal_m: [0.0, 2.5], ..Default::default() })
+}
+
+fn task(robot: &str, goal_m: [f64; 2]) -> Request {
+    Request::Task { robot: robot.to_owned(), goal_m, now: false }
+}
+
+fn refusal(answer: Answer) -> String {
+    match answer {
+        Answer::Now(Reply::Refused { problem, .. }) => problem,
+        other => panic!("not refused: {other:?}"),
+    }
+}
+
+/// What operators have been answered since the last look, in words.
+fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
+    let actions = coordinator.take_actions().into_iter();
+    let replies = actions
+        .filter_map(|action| if let Action::Reply(ticket, reply) = action { Some((ticket, reply)) } else { None });
+    replies
+        .map(|(ticket, reply)| match reply {
+            Reply::Added { robot, slot } => (ticket, format!("{robot} added in {slot}")),
+            Reply::Tasked { task } => (ticket, format!("task {task}")),
+            Reply::Refused { problem, .. } => (ticket, problem),
+            Reply::Unconfirmed { problem, .. } => (ticket, problem),
+            Reply::Status(_) => panic!("the coordinator has no status"),
+        })
+        .collect()
+}
+
+fn answer(coordinator: &mut Coordinator, ticket: Ticket, refused: Option<&str>) {
+    coordinator.notice(Notice::Answer { ticket, refused: refused.map(str::to_owned) });
+}
+
 #[test]
 fn operators_are_served_or_told_why_not() {
-    let add = |id: &str, start_m| {
-        let new = NewRobot { id: Some(id.to_owned()), start_m, goal_m: [0.0, 2.5], ..Default::default() };
-        Request::Add(new)
-    };
     let mut coordinator = running(&["fleet.max_robots=3"]);
-    let refusal = |reply| match reply {
-        Reply::Refused { problem, .. } => problem,
-        other => panic!("not refused: {other:?}"),
-    };
     assert!(refusal(coordinator.request(&add("east", [0.0, -2.0]), NOBODY_NEAR)).contains("taken"));
     let near: &dyn Fn([f64; 2], f64) -> Option<u32> = &|_, _| Some(1);
     assert!(refusal(coordinator.request(&add("north", [0.0, -2.0]), near)).contains("is there"));
     assert_eq!(coordinator.take_actions(), []);
     let added = coordinator.request(&add("north", [0.0, -2.0]), NOBODY_NEAR);
-    assert_eq!(added, Reply::Added { robot: "north".to_owned(), slot: 2 });
+    assert_eq!(added, Answer::Later(Ticket::Admit(2)));
     assert!(matches!(&coordinator.take_actions()[..], [Action::Order(Order::Admit { slot: 2, .. })]));
     assert!(refusal(coordinator.request(&add("south", [0.0, -2.0]), NOBODY_NEAR)).contains("full"));
 
-    let task = |robot: &str, goal_m| Request::Task { robot: robot.to_owned(), goal_m, now: false };
-    assert_eq!(coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR), Reply::Tasked { task: 0 });
+    assert_eq!(coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR), Answer::Later(Ticket::Task(0)));
     assert!(refusal(coordinator.request(&task("nobody", [0.0, 1.0]), NOBODY_NEAR)).contains("no robot"));
     assert!(refusal(coordinator.request(&task("north", [1e9, 1.0]), NOBODY_NEAR)).contains("outside"));
+}
+
+#[test]
+fn an_operator_is_answered_when_the_world_has_decided() {
+    let mut coordinator = running(&["fleet.max_robots=4"]);
+    let (north, first, second) = (Ticket::Admit(2), Ticket::Task(0), Ticket::Task(1));
+    coordinator.request(&add("north", [0.0, -2.0]), NOBODY_NEAR);
+    coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR);
+    coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
+    pass(&mut coordinator, 10..=12, ALL_READY);
+    assert_eq!(replies(&mut coordinator), [], "nothing is known yet");
+    answer(&mut coordinator, north, None);
+    answer(&mut coordinator, first, Some("too many goals are waiting"));
+    let expected =
+        [(north, "north added in 2".to_owned()), (first, "robot `north`: too many goals are waiting".to_owned())];
+    assert_eq!(replies(&mut coordinator), expected);
+    answer(&mut coordinator, first, None);
+    answer(&mut coordinator, Ticket::Task(77), None);
+    assert_eq!(replies(&mut coordinator), [], "nobody asked, or nobody waits any more");
+    coordinator.stopping();
+    coordinator.refuse_waiting();
+    assert_eq!(replies(&mut coordinator), [(second, "robot `east`: the run is over".to_owned())]);
+    assert_eq!(refusal(coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR)), "the run is over");
+}
+
+#[test]
+fn a_world_that_does_not_answer_is_not_waited_for_without_end() {
+    let mut coordinator = running(&[]);
+    coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
+    pass(&mut coordinator, 10..=13, ALL_READY);
+    assert_eq!(replies(&mut coordinator), []);
+    pass(&mut coordinator, 14..=20, ALL_READY);
+    let told = replies(&mut coordinator);
+    assert!(told.len() == 1 && told[0].1.starts_with("task 0 for robot `east`: not confirmed"), "{told:?}");
+    // One answer to a request, and the order still counts as waiting.
+    for task_number in 1..WAITING_MAX {
+        let answer = coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
+        assert_eq!(answer, Answer::Later(Ticket::Task(task_number as u32)));
+    }
+    assert!(refusal(coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR)).contains("wait for the world"));
+    answer(&mut coordinator, Ticket::Task(0), None);
+    assert_eq!(replies(&mut coordinator), []);
+    assert!(matches!(coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR), Answer::Later(_)));
+    coordinator.stopping();
+    coordinator.refuse_waiting();
+    assert_eq!(replies(&mut coordinator).len(), WAITING_MAX);
+}
+
+#[test]
+fn a_robot_that_the_world_refuses_was_never_there() {
+    let mut coordinator = running(&["fleet.max_robots=5"]);
+    for (id, y_m) in [("n", -2.0), ("s", -3.0), ("w", -4.0)] {
+        coordinator.request(&add(id, [0.0, y_m]), NOBODY_NEAR);
+    }
+    answer(&mut coordinator, Ticket::Admit(2), None);
+    answer(&mut coordinator, Ticket::Admit(3), Some("no"));
+    assert_eq!(coordinator.members().len(), 5, "places in lists are kept");
+    answer(&mut coordinator, Ticket::Admit(4), Some("no"));
+    assert_eq!((coordinator.members().len(), coordinator.scenario().robots.len()), (3, 3));
+    assert_eq!(coordinator.request(&add("s", [0.0, -3.0]), NOBODY_NEAR), Answer::Later(Ticket::Admit(3)));
 }

@@ -12,7 +12,10 @@ use std::collections::BTreeMap;
 pub fn assemble(facts: RunFacts) -> Report {
     let clock = facts.scenario.clock;
     let (fates, outcome) = outcome_of(&facts);
-    let latency = facts.latency.clone().map(|latency| latency.report(facts.stragglers));
+    let latency = facts.latency.clone().map(|latency| {
+        let (gaps, gaps_ms) = gaps_of(&facts);
+        LatencyReport { gaps, gaps_ms, ..latency.report(facts.stragglers) }
+    });
     let resources = resources_of(&facts);
     let starved_because =
         judge::starved_because(clock.mode, clock.dt_s(), latency.as_ref(), resources.run_queue_wait_max);
@@ -153,6 +156,13 @@ fn scheduling_of(facts: &RunFacts) -> Option<SchedulingReport> {
     Some(SchedulingReport { world: of(&scenario.processes.world), agents: of(&scenario.processes.agents) })
 }
 
+/// How often time stood still, and for how long in all, ms.
+fn gaps_of(facts: &RunFacts) -> (u64, u64) {
+    let gaps = facts.outcome.events.iter().filter(|event| event.kind == "gap");
+    let lengths_ms = gaps.clone().filter_map(|gap| gap.detail.strip_suffix(" ms")?.parse::<u64>().ok());
+    (gaps.count() as u64, lengths_ms.sum())
+}
+
 fn events_of(facts: &RunFacts) -> Vec<EventReport> {
     let dt_s = facts.scenario.clock.dt_s();
     (facts.outcome.events.iter())
@@ -200,6 +210,8 @@ impl LatencyFacts {
             periods: self.periods,
             deadline_misses: self.deadline_misses,
             stragglers,
+            gaps: 0,
+            gaps_ms: 0,
             blame: self.blame,
             world: self.world,
             per_robot: self.per_robot,

@@ -35,6 +35,10 @@ pub fn starved_because(
             }
         }
         Mode::Realtime => {
+            if let Some(latency) = latency.filter(|latency| latency.gaps > 0) {
+                let LatencyReport { gaps, gaps_ms, .. } = latency;
+                reasons.push(format!("time stood still {gaps} time{}, {gaps_ms} ms in all", plural(*gaps)));
+            }
             let counts = latency.and_then(|latency| latency.deadline_misses.zip(latency.periods));
             if let Some((missed, periods)) = counts.filter(|&(_, periods)| periods > 0) {
                 let share = missed as f64 / periods as f64;

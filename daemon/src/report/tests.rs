@@ -452,6 +452,7 @@ fn starvation() {
     check(Mode::Realtime, Some(latency(11, 0.0, 0)), None, true);
     check(Mode::Realtime, Some(latency(0, 4001.0, 0)), None, true);
     check(Mode::Realtime, Some(latency(0, 0.0, 0)), Some(0.101), true);
+    check(Mode::Realtime, Some(LatencyReport { gaps: 1, gaps_ms: 3012, ..latency(0, 0.0, 0) }), None, true);
     check(Mode::Realtime, Some(LatencyReport::default()), None, false);
     check(Mode::Realtime, None, None, false);
     check(Mode::Lockstep, Some(latency(9999, 9e9, 0)), Some(0.9), false); // slow is not wrong

@@ -47,11 +47,15 @@ fn pick(wanted: Option<&str>, ids: &[&str]) -> Result<usize, Failure> {
 /// Asks the daemon of a fleet.
 ///
 /// # Errors
-/// With exit code 3 when it cannot be asked or does not answer, with 2 when it refuses.
+/// With exit code 3 when it cannot be asked, does not answer or does not know yet, with 2 when it refuses.
 pub fn ask(address: &Address, request: &Request) -> Result<Reply, Failure> {
-    let reply = OperatorClient::new(address).ask(request, PATIENCE)?;
+    let reply = OperatorClient::new(address).ask(request, PATIENCE).map_err(|error| match request {
+        Request::Status => Failure::from(error),
+        _ => Failure::from(error).hint("whether it was done is not known: `shoal ps` shows robots and their goals"),
+    })?;
     match reply {
         Reply::Refused { problem, hint } => Err(Failure::from_text(exit::USAGE, &problem).hints(hint)),
+        Reply::Unconfirmed { problem, hint } => Err(Failure::from_text(exit::ENVIRONMENT, &problem).hint(hint)),
         reply => Ok(reply),
     }
 }

@@ -9,6 +9,9 @@ use bus::Address;
 use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
 use serde_json::{Value, json};
 
+/// A newest tick that is older is worth a word, s.
+const TICK_AGE_S_MAX: f64 = 1.0;
+
 /// Shows them. Exit code 3 if a daemon does not answer; the others are shown all the same.
 ///
 /// # Errors
@@ -72,14 +75,15 @@ fn fleet_text(page: &mut Page, id: &str, status: &Status) {
     page.gap();
     page.words(
         &format!(
-            "fleet {id}: {}, {}, {:.1} s (tick {}), {arrived} of {} arrived, daemon {}, world {}",
+            "fleet {id}: {}, {}, {:.1} s (tick {}), {arrived} of {} arrived, daemon {}, world {}{}",
             status.scenario,
             status.mode,
             status.time_s,
             status.tick,
             status.robots.len(),
             status.daemon_pid,
-            status.world_pid
+            status.world_pid,
+            world_words(status)
         ),
         2,
     );
@@ -97,6 +101,15 @@ fn fleet_text(page: &mut Page, id: &str, status: &Status) {
     let rows: Vec<Vec<String>> = status.robots.iter().map(robot_row).collect();
     for line in table(&columns, &rows, 2, page.width()) {
         page.line(&line);
+    }
+}
+
+/// What is wrong with the world, if anything is.
+fn world_words(status: &Status) -> String {
+    let state = if status.world_state == "running" { String::new() } else { format!(" ({})", status.world_state) };
+    match status.tick_age_s.filter(|age_s| *age_s > TICK_AGE_S_MAX) {
+        Some(age_s) => format!("{state}, last tick {age_s:.1} s ago"),
+        None => state,
     }
 }
 
@@ -145,6 +158,8 @@ mod tests {
             time_s: 10.24,
             daemon_pid: 4600,
             world_pid: 4601,
+            world_state: "running".into(),
+            tick_age_s: Some(0.013),
             robots: vec![robot(0, "running"), robot(1, "running"), robot(2, "dead"), robot(3, "awaited")],
         };
         let mut text = String::new();
@@ -155,6 +170,9 @@ mod tests {
         }
         insta::assert_snapshot!(text);
         let json = fleet_json("abcd234", &status);
+        assert_eq!(world_words(&status), "");
+        let stopped = Status { world_state: "stopped".into(), tick_age_s: Some(3.21), ..status };
+        assert_eq!(world_words(&stopped), " (stopped), last tick 3.2 s ago");
         assert_eq!((&json["fleet"], &json["robots"][1]["pid"]), (&json!("abcd234"), &json!(4701)));
     }
 }

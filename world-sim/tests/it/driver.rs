@@ -61,6 +61,7 @@ pub(crate) fn scenario(robots: Vec<Robot>) -> Scenario {
         robots,
         events: Vec::new(),
         expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
+        warnings: Vec::new(),
     }
 }
 
@@ -170,7 +171,7 @@ impl Driver {
                 Notice::Pause { seat } => ("Pause".to_owned(), *seat),
                 Notice::Resume { seat } => ("Resume".to_owned(), *seat),
                 Notice::Left { seat } => ("Left".to_owned(), *seat),
-                Notice::Log(_) => return None,
+                Notice::Answer { .. } | Notice::Log(_) => return None,
             };
             (seat.slot == slot).then(|| format!("{tick}:{name}.{}", seat.incarnation))
         };

@@ -3,8 +3,8 @@
 use crate::driver::{Driver, HZ, at, robot, scenario};
 use nalgebra::Point2;
 use planners::{Capsule, Kind};
-use protocol::daemon_to_world::Order;
-use protocol::world_to_daemon::RobotOutcome;
+use protocol::daemon_to_world::{Order, Ticket};
+use protocol::world_to_daemon::{Notice, RobotOutcome};
 use scenarios::{MAX_GOALS, Motion, Obstacle, Scenario, Shape, What};
 
 fn one() -> Scenario {
@@ -79,6 +79,15 @@ fn operators_task_as_the_timeline_does_but_not_without_bounds() {
     driver.tick();
     assert_eq!(driver.world.odometry(0).goals_left as usize, 1 + MAX_GOALS);
     assert_eq!(driver.logged("ignored", 0), [6, 6]);
+    // Every order is answered, and what was taken is what there is.
+    let answers = driver.notices.iter().filter_map(|(_, notice)| match notice {
+        Notice::Answer { ticket: Ticket::Task(task), refused } => Some((*task, refused.as_deref())),
+        _ => None,
+    });
+    let refused: Vec<(u32, &str)> = answers.clone().filter_map(|(task, refused)| Some((task, refused?))).collect();
+    let last = 3 + MAX_GOALS as u32;
+    let expected = [(2, "the goal is nowhere"), (3, "there is no such robot"), (last, "too many goals are waiting")];
+    assert_eq!((refused, answers.count()), (expected.to_vec(), 3 + MAX_GOALS));
     assert_eq!(driver.logged("ignored", 7), [6]);
     let outcome = driver.run();
     assert_eq!((outcome.robots[0].tasks_done, outcome.robots[0].goals_done), (64, 65));
