@@ -33,6 +33,16 @@ pub fn give_back_stack() {
     let _ = unsafe { madvise(std::ptr::without_provenance_mut(stack.start), len, Advice::LinuxDontNeed) };
 }
 
+/// The state of a process as the kernel has it: `R` runs or could, `S` and `D` sleep, `T` is stopped by a signal, `t` by a
+/// debugger, `Z` has ended. `None` when there is no such process.
+pub fn state_of(pid: u32) -> Option<char> {
+    #[expect(clippy::disallowed_methods, reason = "the kernel tells it in a file")]
+    let stat = std::fs::read(format!("/proc/{pid}/stat")).ok()?;
+    // The name in front may contain anything, parentheses included.
+    let end = stat.iter().rposition(|byte| *byte == b')')?;
+    stat.get(end + 2).map(|byte| char::from(*byte))
+}
+
 /// The addresses of a mapping: `begin-end permissions ...`, hexadecimal.
 fn range(line: &str) -> Option<Range<usize>> {
     let (begin, end) = line.split_once(' ')?.0.split_once('-')?;
@@ -62,6 +72,12 @@ mod tests {
         let stack = maps.lines().skip_while(|line| !range(line).is_some_and(|range| range.contains(&here)));
         let line = stack.skip(1).find_map(|line| line.strip_prefix("Rss:")).unwrap();
         line.split_ascii_whitespace().next().unwrap().parse().unwrap()
+    }
+
+    #[test]
+    fn the_state_of_a_process_is_a_letter() {
+        assert!(matches!(state_of(std::process::id()), Some('R' | 'S')), "it is there");
+        assert_eq!(state_of(u32::MAX), None);
     }
 
     #[test]

@@ -190,6 +190,7 @@ fn realtime(
     adjust: &mut dyn FnMut(&mut AgentOutputs),
 ) -> Result<(), ShellError> {
     let (seat, robots) = (agent.spec().seat, u64::from(agent.spec().max_robots));
+    let odometry_age_ns_max = (agent.spec().command_timeout_s * 1e9) as u64;
     clock::set_timer_slack_1ns();
     while !ports.gate.wait_meeting(PATIENCE) {
         if ports.gate.stopped() {
@@ -236,7 +237,10 @@ fn realtime(
             if odometry.has(Odometry::FLAG_LEFT) {
                 return Ok(());
             }
-            if odometry.has(Odometry::FLAG_PRESENT) {
+            // From odometry that is too old for its commands to act there is no command: nobody drives blind. The periods
+            // count as late for their input.
+            let is_fresh = woken_ns.saturating_sub(odometry.stamp_ns) <= odometry_age_ns_max;
+            if odometry.has(Odometry::FLAG_PRESENT) && is_fresh {
                 expected = true;
                 step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, stopwatch, adjust);
                 work_ns = stopwatch.plan_ns();

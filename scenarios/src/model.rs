@@ -119,7 +119,8 @@ pub struct Fleet {
     pub max_robots: usize,
     /// What happens to a robot that does not answer.
     pub straggler: StragglerPolicy,
-    /// `lockstep`: a robot that has not answered for this long (wall time, s) is a straggler.
+    /// `lockstep`: a robot that keeps a tick waiting for this long (its own time, not that of a loaded machine), s, is a
+    /// straggler.
     pub straggler_limit_s: f64,
     /// `realtime`: a robot whose newest command is older than this is stopped, s.
     pub command_timeout_s: f64,

@@ -94,18 +94,23 @@ static FLEET: Section = Section {
             "\"wait\"",
             "What happens to a robot that does not answer: wait until the limit, hold it still, or drop it.",
         ),
-        preset("straggler_limit_s", Float(POSITIVE), "10", "A robot silent for this long (wall time) is a straggler."),
+        preset(
+            "straggler_limit_s",
+            Float(POSITIVE),
+            "10",
+            "A robot that keeps a tick waiting for this long, computing, asleep or stopped, is a straggler.",
+        ),
         computed(
             "command_timeout_s",
             Float(POSITIVE),
             "0.25, at least 5 ticks",
-            "`realtime`: a robot whose newest command is older is stopped; at least two ticks.",
+            "`realtime`: a robot is stopped when the odometry behind its newest command is older; at least two ticks.",
         ),
         preset(
             "start_limit_s",
             Float(POSITIVE),
             "30",
-            "An agent not ready this long (wall time) after its start is dead.",
+            "An agent that is not ready after this long, not counting waits for a processor, is dead.",
         ),
     ]],
 };

@@ -15,5 +15,6 @@ mod lies;
 mod operators;
 mod processes;
 mod scheduling;
+mod standstill;
 mod support;
 mod timeline;

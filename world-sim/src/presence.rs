@@ -285,7 +285,7 @@ impl Presence {
     }
 
     /// Whether the present life has a process, or one on its way.
-    fn has_process(&self) -> bool {
+    pub(crate) fn has_process(&self) -> bool {
         match self.state {
             State::Present { .. } | State::Paused { .. } | State::Held { .. } => true,
             State::Awaited { .. } | State::Dead { returns: Some(_) } => self.told,

@@ -1,6 +1,8 @@
 //! The process around the world: shared memory, time, and the end of it. No decision about robots is taken here;
 //! the shell only finds out who answered.
 
+mod stragglers;
+
 use crate::World;
 use crate::outcome_file::OutcomeFile;
 use crate::recorder::Recorder;
@@ -22,11 +24,15 @@ use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use stragglers::{Seen, Stragglers};
 
 /// Longest sleep without a look at the orders and at the slots.
 const PATIENCE: Duration = Duration::from_millis(100);
 /// The first period of `realtime` begins this long after everybody is ready.
 const RUN_UP_NS: u64 = 5_000_000;
+/// A `realtime` world that is late catches up, but not more than this many periods, or the life of a command if that is
+/// longer: robots would drive blind meanwhile. What is more is a gap.
+const CATCH_UP_PERIODS: u64 = 10;
 
 /// Name of the file in the run's root that holds the scenario.
 pub const SCENARIO_FILE: &str = "scenario";
@@ -101,9 +107,17 @@ struct Shell {
     recorder: Option<Recorder>,
     /// Seats whose process does not answer: nobody waits for them. Each with its signs of life until then.
     silent: Vec<(Seat, u64)>,
-    /// `realtime`: since when each slot has been without a command, ns; its entry counts as one.
+    /// Of each slot, the tick after the last one in which it took part.
+    took_part: Vec<u64>,
+    /// `realtime`: since when each slot has been without a command, ns: when the odometry was written that the newest one
+    /// was computed from; its entry counts as one.
     commanded_ns: Vec<u64>,
+    /// `realtime`: when time last went on after a gap, ns.
+    resumed_ns: u64,
     straggler_limit: Duration,
+    stragglers: Stragglers,
+    /// Participants that have not answered the open tick.
+    missing: Vec<Seat>,
     command_timeout_ns: u64,
     /// The run is to end after the present tick.
     stopping: bool,
@@ -134,8 +148,12 @@ impl Shell {
             bodies: Vec::new(),
             recorder: None,
             silent: Vec::new(),
+            took_part: vec![0; slots],
             commanded_ns: vec![0; slots],
+            resumed_ns: 0,
             straggler_limit: Duration::from_secs_f64(scenario.fleet.straggler_limit_s),
+            stragglers: Stragglers::new(Duration::from_secs_f64(scenario.fleet.straggler_limit_s)),
+            missing: Vec::with_capacity(slots),
             command_timeout_ns: (scenario.fleet.command_timeout_s * 1e9) as u64,
             stopping: false,
             node,
@@ -186,11 +204,12 @@ impl Shell {
         self.commanded_ns.fill(due_ns);
         self.gate.set_start(due_ns);
         let mut watch = Watch::of_world();
+        let gap_ns = self.command_timeout_ns.max(CATCH_UP_PERIODS * self.period_ns);
         clock::sleep_until_ns(due_ns);
-        let mut woken_ns = None;
+        let mut woken = None;
         while !self.over() {
             self.open_tick();
-            if let Some(woken_ns) = woken_ns {
+            if let Some((due_ns, woken_ns)) = woken {
                 // From taking the commands of one tick to having opened the next.
                 let done_ns = clock::now_ns();
                 let work_ns = done_ns.saturating_sub(woken_ns);
@@ -202,19 +221,30 @@ impl Shell {
             // A world that is late does the ticks it slept through one after the other: simulated time keeps to the clock.
             clock::sleep_until_ns(due_ns);
             let now_ns = clock::now_ns();
-            woken_ns = Some(now_ns);
+            woken = Some((due_ns, now_ns));
+            let late_ns = now_ns.saturating_sub(due_ns);
+            if late_ns > gap_ns {
+                // Time stood still. It goes on from here, in the same phase as the agents' timers.
+                due_ns += late_ns / self.period_ns * self.period_ns;
+                self.resumed_ns = now_ns;
+                self.world.stood_still(late_ns / 1_000_000);
+            }
             for index in 0..self.world.participants().len() {
                 let seat = self.world.participants()[index];
                 let slot = seat.slot as usize;
                 let command = self.command_of(seat);
                 if let Some(command) = &command {
-                    self.commanded_ns[slot] = command.stamp_ns;
+                    self.commanded_ns[slot] = self.commanded_ns[slot].max(command.odometry_stamp_ns);
                 }
-                let silent_ns = now_ns.saturating_sub(self.commanded_ns[slot]);
-                if silent_ns > self.command_timeout_ns {
+                // While the world itself stood still, nobody could do anything new.
+                let since_ns = self.commanded_ns[slot].max(self.resumed_ns);
+                if now_ns.saturating_sub(since_ns) > self.command_timeout_ns {
                     self.give_up(seat, Absence::Overdue);
                 }
-                self.obey(seat, command.filter(|_| silent_ns <= self.command_timeout_ns), Some(now_ns));
+                // A command is as old as what its robot knew.
+                let oldest_ns = now_ns.saturating_sub(self.command_timeout_ns);
+                let command = command.filter(|command| command.odometry_stamp_ns >= oldest_ns);
+                self.obey(seat, command, Some(now_ns));
             }
             self.close_tick(now_ns);
             self.take_orders();
@@ -249,7 +279,10 @@ impl Shell {
             let slot = seat.slot as usize;
             if self.robots[slot].as_ref().is_none_or(|(who, _)| *who != seat) {
                 self.open_robot(seat);
-                self.commanded_ns[slot] = stamp_ns;
+            }
+            let tick = self.world.tick();
+            if std::mem::replace(&mut self.took_part[slot], tick + 1) != tick {
+                self.commanded_ns[slot] = stamp_ns; // It has just entered, or come back.
             }
         }
         self.show(stamp_ns);
@@ -348,23 +381,26 @@ impl Shell {
 
     /// Waits until every participant has answered the tick, or has been given up.
     fn await_answers(&mut self, tick: u64, opened_ns: u64) {
+        self.stragglers.begin(opened_ns);
         loop {
             self.gate.wait_answers(tick, PATIENCE);
-            // Whoever wants the run to end does not want to wait for a robot that hangs.
-            let limit = if self.stopping { PATIENCE.min(self.straggler_limit) } else { self.straggler_limit };
-            let overdue = clock::now_ns().saturating_sub(opened_ns) > limit.as_nanos() as u64;
-            let mut waiting = false;
-            for index in 0..self.world.participants().len() {
-                let seat = self.world.participants()[index];
-                if !self.gate.answered(seat, tick) && !self.is_silent(seat) {
-                    waiting = true;
-                    if overdue {
-                        self.give_up(seat, Absence::Overdue);
-                    }
-                }
-            }
-            if !waiting || self.gate.stopped() {
+            let (gate, silent) = (&self.gate, &self.silent);
+            let is_missing = |seat: &Seat| !gate.answered(*seat, tick) && !silent.iter().any(|(who, _)| who == seat);
+            self.missing.clear();
+            self.missing.extend(self.world.participants().iter().filter(|seat| is_missing(seat)));
+            if self.missing.is_empty() || self.gate.stopped() {
                 return;
+            }
+            let now_ns = clock::now_ns();
+            // Whoever wants the run to end does not want to wait for a robot that hangs.
+            let short = PATIENCE.min(self.straggler_limit).as_nanos() as u64;
+            let overdue = if self.stopping && now_ns.saturating_sub(opened_ns) > short {
+                self.missing.clone()
+            } else {
+                self.stragglers.overdue(now_ns, &self.missing, &mut |seat| seen(gate, seat))
+            };
+            for seat in overdue {
+                self.give_up(seat, Absence::Overdue);
             }
             self.take_orders();
         }
@@ -374,9 +410,10 @@ impl Shell {
         self.silent.iter().any(|(who, _)| *who == seat)
     }
 
-    /// Nobody waits for this seat any more; what it means is the world's business.
+    /// Nobody waits for this seat any more; what it means is the world's business. A seat that is not in the world, or
+    /// not any more, is nobody: what is said of it must not fall on the robot that has its place later.
     fn give_up(&mut self, seat: Seat, cause: Absence) {
-        if !self.is_silent(seat) {
+        if self.world.has_process(seat) && !self.is_silent(seat) {
             self.silent.push((seat, self.gate.signs(seat)));
             self.world.order(Order::Absent { seat, cause });
         }
@@ -390,7 +427,7 @@ impl Shell {
             if alive {
                 world.back(*seat);
             }
-            !alive
+            !alive && world.has_process(*seat)
         });
     }
 
@@ -416,6 +453,9 @@ impl Shell {
     /// What is left behind when the run is over.
     fn leave(&mut self) -> WorldEnd {
         self.gate.set_over();
+        // No tick opens any more: whoever waits for an order is told so.
+        self.take_orders();
+        self.world.refuse_orders();
         // No tick opens where the last one ended: without this, observers would never see how the run came out.
         self.show(clock::now_ns());
         self.send_notices();
@@ -424,4 +464,11 @@ impl Shell {
         let record_failed = recorded.and_then(Result::err).map(|error| error.to_string());
         WorldEnd { outcome, record_failed, finished: self.world.finished() }
     }
+}
+
+/// What the kernel says of the agent of a seat.
+fn seen(gate: &Gate, seat: Seat) -> Option<Seen> {
+    let pid = gate.process(seat)?;
+    let runnable = bus::process::state_of(pid) == Some('R');
+    Some(Seen { stat: clock::schedstat_of(pid)?, runnable })
 }
