@@ -76,7 +76,7 @@ pub enum Reply {
 }
 
 /// The fleet at this moment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// Name of the scenario.
     pub scenario: String,
@@ -100,7 +100,7 @@ pub struct Status {
 }
 
 /// One robot at this moment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotStatus {
     /// Its name.
     pub id: String,

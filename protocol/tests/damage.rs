@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use shoal_protocol::Seat;
 use shoal_protocol::codec::{EXPANSION_MAX, RESERVE_MAX, decode, encode};
 use shoal_protocol::daemon_to_robot::AgentSpec;
-use shoal_protocol::daemon_to_world::{Absence, Order};
+use shoal_protocol::daemon_to_world::{Absence, Order, Ticket};
 use shoal_protocol::operator_to_daemon::{NewRobot, Reply, Request, RobotStatus, Status};
 use shoal_protocol::record::{Ending, Header};
 use shoal_protocol::world_to_daemon::{Event, Notice, Outcome, RobotOutcome};
@@ -57,28 +57,8 @@ fn kinds() -> Vec<Kind> {
     let event = || Event { tick: 300, kind: text(), slot: Some(3), detail: text() };
     let robots = vec![RobotOutcome { time_s: Some(1.5), gone: Some(text()), ..RobotOutcome::default() }; 2];
     let outcome = || Outcome { robots: robots.clone(), events: vec![event(); 2], ..Outcome::default() };
-    let status = RobotStatus {
-        id: text(),
-        slot: 3,
-        incarnation: 0,
-        pid: Some(70_000),
-        state: text(),
-        planner: text(),
-        position_m: [1.0, -2.0],
-        goal_m: [0.0, 1e300],
-        arrived: false,
-        goals_done: 1,
-        goals_left: 2,
-    };
-    let status = Status {
-        scenario: text(),
-        mode: text(),
-        tick: 1 << 40,
-        time_s: 0.5,
-        daemon_pid: 1,
-        world_pid: 2,
-        robots: vec![status; 2],
-    };
+    let robot_status = RobotStatus { id: text(), pid: Some(70_000), goal_m: [0.0, 1e300], ..RobotStatus::default() };
+    let status = Status { scenario: text(), tick: 1 << 40, robots: vec![robot_status; 2], ..Status::default() };
     let new_robot = NewRobot { id: Some(text()), planner: Some(text()), kind: Some(text()), ..NewRobot::default() };
     let absences = [
         Absence::Died { signal: Some(-9), code: None, words: text() },
@@ -100,6 +80,7 @@ fn kinds() -> Vec<Kind> {
             Reply::Status(status),
             Reply::Added { robot: text(), slot: 3 },
             Reply::Tasked { task: 1 },
+            Reply::Unconfirmed { problem: text(), hint: text() },
             Reply::Refused { problem: text(), hint: Some(text()) },
         ]),
         kind(&orders),
@@ -110,6 +91,7 @@ fn kinds() -> Vec<Kind> {
             Notice::Pause { seat },
             Notice::Resume { seat },
             Notice::Left { seat },
+            Notice::Answer { ticket: Ticket::Task(1), refused: Some(text()) },
             Notice::Log(event()),
         ]),
         kind(&[outcome()]),
