@@ -6,7 +6,7 @@
 //! | paper | here           | unit | default | larger means                          |
 //! |-------|----------------|------|---------|---------------------------------------|
 //! | k_p   | `k_att`        | 1/s  | 1.0     | faster towards the goal               |
-//! |       | `attract_cap_m`| m    | 2.0     | pulls harder from afar; 0 is no limit |
+//! |       | `attract_cap_m`| m    | 2.0 or more | pulls harder from afar; 0 is no limit |
 //! | η     | `k_rep`        | m⁴/s | 0.2     | wider around everything               |
 //! | ρ₀    | `influence_m`  | m    | 1.0     | feels things sooner                   |
 //! | k_v   | `damping`      | 1/s  | 1.0     | (second order) calmer, slower         |
@@ -28,7 +28,7 @@
 //!
 //! Known limits: local minima, and goals that stand within the influence of an obstacle.
 
-use crate::drive::{Drive, Kind, steer};
+use crate::drive::{Drive, Kind, steer_to_goal};
 use crate::geometry::Capsule;
 use crate::params::{ParamError, ParamValues};
 use crate::planner::{Plan, PlanInput, Planner, nearest_by_id};
@@ -46,6 +46,7 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry::FULL,
     kinds: Kind::MOBILE,
     params: Params::specs,
+    speed_mps,
     build,
 };
 
@@ -64,7 +65,8 @@ crate::params! {
     pub struct Params {
         /// Attraction gain k_p. Larger: faster towards the goal.
         k_att: f64 = 1.0, "1/s", 0.0..=100.0;
-        /// The pull grows up to this distance from the goal. Larger: pulls harder from afar; 0: grows without limit.
+        /// The pull grows up to this distance from the goal. Larger: pulls harder from afar; 0: grows without limit. The
+        /// default follows the speed limit: 2 m for every m/s, from 1 m/s on.
         attract_cap_m: f64 = 2.0, "m", 0.0..=1e6;
         /// Repulsion gain η. Larger: wider around everything.
         k_rep: f64 = 0.2, "m⁴/s", 0.0..=100.0;
@@ -83,6 +85,8 @@ crate::params! {
 #[derive(Clone, Debug)]
 pub struct Khatib {
     params: Params,
+    /// The limit of the pull is nobody's choice and grows with the speed limit.
+    follows_speed: bool,
     /// The velocity of the mass that a unicycle imagines, m/s.
     imagined: Option<Vector2<f64>>,
     /// Own slot: settles who goes where when centres coincide.
@@ -90,13 +94,31 @@ pub struct Khatib {
 }
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
-    Ok(Box::new(Khatib::new(Params::from_values(values)?, identity)))
+    let follows_speed = !values.contains_key("attract_cap_m");
+    Ok(Box::new(Khatib { follows_speed, ..Khatib::new(Params::from_values(values)?, identity) }))
+}
+
+/// Far from everything: what the pull comes to, of second order against the damping.
+fn speed_mps(values: &ParamValues, _: f64) -> f64 {
+    let Params { k_att, attract_cap_m, order, damping, .. } = Params::default().with(values);
+    if attract_cap_m == 0.0 {
+        return f64::INFINITY;
+    }
+    let pull = k_att * attract_cap_m;
+    match (order, values.contains_key("attract_cap_m")) {
+        (Order::First, true) => pull,
+        (Order::Second, true) => pull / damping,
+        // It grows with the speed limit: enough for all of it, or for none.
+        (Order::First, false) if k_att * Params::default().attract_cap_m >= 1.0 => f64::INFINITY,
+        (Order::Second, false) if k_att * Params::default().attract_cap_m >= damping => f64::INFINITY,
+        (_, false) => pull,
+    }
 }
 
 impl Planner for Khatib {
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
         let x = input.position;
-        let attractive = self.attraction(x, input.goal);
+        let attractive = self.attraction(x, input.goal, input.limits.speed_mps_max);
         let obstacles = nearest_by_id(input.obstacles, x)
             .map(|obstacle| self.firas(&obstacle.shape, x, input.radius_m, Vector2::x()));
         let robots = input.neighbors.iter().map(|neighbor| {
@@ -109,7 +131,7 @@ impl Planner for Khatib {
         self.imagined = Some(velocity);
         let drive = match input.kind {
             Kind::Point => Drive::Velocity(velocity),
-            Kind::Unicycle => steer(velocity, input.yaw_rad, self.params.heading_gain, &input.limits),
+            Kind::Unicycle => steer_to_goal(velocity, self.params.heading_gain, input),
             Kind::TwoLinkArm => Drive::stop(input.kind),
         };
         // The field keeps holding the robot after it arrived, and lets it be pushed away: it does not stand still.
@@ -120,7 +142,7 @@ impl Planner for Khatib {
 impl Khatib {
     /// The method with these parameters, for this robot.
     pub fn new(params: Params, identity: Identity) -> Khatib {
-        Khatib { params, imagined: None, robot: identity.robot }
+        Khatib { params, follows_speed: false, imagined: None, robot: identity.robot }
     }
 
     /// What the resultant of pull and push makes of the velocity.
@@ -138,8 +160,9 @@ impl Khatib {
     }
 
     /// The negative gradient of the attractive potential, k_p/2 |x − x_d|², with its limit.
-    fn attraction(&self, x: Point2<f64>, x_d: Point2<f64>) -> Vector2<f64> {
+    fn attraction(&self, x: Point2<f64>, x_d: Point2<f64>, speed_mps_max: f64) -> Vector2<f64> {
         let Params { k_att: k_p, attract_cap_m, .. } = self.params;
+        let attract_cap_m = if self.follows_speed { attract_cap_m * speed_mps_max.max(1.0) } else { attract_cap_m };
         let to_goal = x_d - x;
         k_p * if attract_cap_m > 0.0 { to_goal.cap_magnitude(attract_cap_m) } else { to_goal }
     }

@@ -27,8 +27,8 @@ use crate::amr_apf::speed::{Body, Pivot, SpeedLaw, Twist};
 use crate::amr_apf::{rounded, unicycle};
 use crate::drive::{Drive, Kind};
 use crate::params::{ParamError, ParamField, ParamValues};
-use crate::planner::{Neighbor, Plan, PlanInput, Planner, nearest_by_id};
-use crate::registry::{Identity, Method, Symmetry};
+use crate::planner::{Neighbor, Plan, PlanInput, PlanState, Planner, nearest_by_id};
+use crate::registry::{Identity, Method, Symmetry, any_speed};
 use nalgebra::{Point2, Rotation2, Vector2};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -43,6 +43,7 @@ pub static METHOD: Method = Method {
     kinds: Kind::MOBILE,
     symmetry: Symmetry::FULL,
     params: Params::specs,
+    speed_mps: any_speed,
     build,
 };
 
@@ -182,6 +183,7 @@ impl Planner for Dapf {
             attractive: heading * attraction,
             repulsive: heading * (force - attraction),
             stopped: yields,
+            state: PlanState::Ready,
         }
     }
 }

@@ -13,7 +13,7 @@
 //! | p_rk     | `p_r`           | m     | 1.0     | feels robots sooner                                    |
 //! | 2        | `bracket_power` |       | 1       | softer onset at the threshold                          |
 //! | p(a, b)  | `distance`      |       | surface |                                                        |
-//! |          | `attract_cap`   | m     | 1.0     | pulls harder from afar; 0 pulls without limit          |
+//! |          | `attract_cap`   | m     | 1.0 or more | pulls harder from afar; 0 pulls without limit      |
 //! |          | `heading_gain`  | 1/s   | 3.0     | a unicycle turns sharper                               |
 //! |          | `omega_max`     | rad/s | 3.0     | a unicycle may turn faster                             |
 //! |          | `stale_s`       | s     | 0.3     | trusts the course of a silent robot longer             |
@@ -36,7 +36,7 @@
 //! Known limits, all of them the method's own: local minima before gaps, deadlock of exactly opposed robots, goals
 //! nearer to each other than `p_r` plus both radii, and poses older than about 0.2 s at 1 m/s.
 
-use crate::drive::{Drive, Kind, Limits, steer};
+use crate::drive::{Drive, Kind, Limits, steer_to_goal};
 use crate::params::{ParamError, ParamValues};
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
 use crate::registry::{Identity, Method, Symmetry};
@@ -59,6 +59,7 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry::FULL,
     kinds: Kind::MOBILE,
     params: Params::specs,
+    speed_mps,
     build,
 };
 
@@ -87,7 +88,8 @@ crate::params! {
         bracket_power: u32 = 1, "", 1..=2;
         /// Distance between surfaces, or between centres as in the paper.
         distance: Distance = Distance::Surface, "";
-        /// The pull grows up to this distance from the goal. Larger: pulls harder from afar; 0: grows without limit.
+        /// The pull grows up to this distance from the goal. Larger: pulls harder from afar; 0: grows without limit. The
+        /// default follows the speed limit: 1 m for every m/s, from 1 m/s on.
         attract_cap: f64 = 1.0, "m", 0.0..=1e6;
         /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
         heading_gain: f64 = 3.0, "1/s", 0.0..=100.0;
@@ -115,19 +117,29 @@ crate::params! {
 #[derive(Clone, Debug)]
 pub struct DecentralizedApf {
     params: Params,
+    /// The limit of the pull is nobody's choice and grows with the speed limit.
+    follows_speed: bool,
     /// Own slot: settles who goes where when centres coincide.
     robot: u32,
     aid: Aid,
 }
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
-    Ok(Box::new(DecentralizedApf::new(Params::from_values(values)?, identity)))
+    let follows_speed = !values.contains_key("attract_cap");
+    Ok(Box::new(DecentralizedApf { follows_speed, ..DecentralizedApf::new(Params::from_values(values)?, identity) }))
+}
+
+/// Far from everything: what the pull comes to.
+fn speed_mps(values: &ParamValues, _: f64) -> f64 {
+    let Params { xi, attract_cap, .. } = Params::default().with(values);
+    let follows = !values.contains_key("attract_cap") && xi * attract_cap >= 1.0;
+    if follows || attract_cap == 0.0 { f64::INFINITY } else { xi * attract_cap }
 }
 
 impl Planner for DecentralizedApf {
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
         let q = input.position;
-        let mut attractive = self.attraction(q, input.goal);
+        let mut attractive = self.attraction(q, input.goal, input.limits.speed_mps_max);
         // (5), (7) and (8). The sum over robots skips the own one because nobody hears itself.
         let mut repulsive = Vector2::zeros();
         for obstacle in nearest_by_id(input.obstacles, q) {
@@ -145,7 +157,7 @@ impl Planner for DecentralizedApf {
             Kind::Unicycle => {
                 let turn_radps_max = input.limits.turn_radps_max.min(self.params.omega_max);
                 let limits = Limits { turn_radps_max, ..input.limits };
-                steer(velocity, input.yaw_rad, self.params.heading_gain, &limits)
+                steer_to_goal(velocity, self.params.heading_gain, &PlanInput { limits, ..*input })
             }
             Kind::TwoLinkArm => Drive::stop(input.kind),
         };
@@ -157,12 +169,13 @@ impl Planner for DecentralizedApf {
 impl DecentralizedApf {
     /// The method with these parameters, for this robot.
     pub fn new(params: Params, identity: Identity) -> DecentralizedApf {
-        DecentralizedApf { params, robot: identity.robot, aid: Aid::default() }
+        DecentralizedApf { params, follows_speed: false, robot: identity.robot, aid: Aid::default() }
     }
 
     /// (2), with its limit: −ξ (q − g) min(1, d_c / |q − g|).
-    fn attraction(&self, q: Point2<f64>, g: Point2<f64>) -> Vector2<f64> {
+    fn attraction(&self, q: Point2<f64>, g: Point2<f64>, speed_mps_max: f64) -> Vector2<f64> {
         let Params { xi, attract_cap, .. } = self.params;
+        let attract_cap = if self.follows_speed { attract_cap * speed_mps_max.max(1.0) } else { attract_cap };
         let to_goal = g - q;
         xi * if attract_cap > 0.0 { to_goal.cap_magnitude(attract_cap) } else { to_goal }
     }

@@ -1,5 +1,6 @@
 //! How bodies move, and what a robot asks of its body.
 
+use crate::planner::PlanInput;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -38,12 +39,22 @@ pub struct Limits {
     pub speed_mps_max: f64,
     /// Greatest reverse speed of a unicycle, m/s, not negative; zero means that it cannot drive backwards.
     pub reverse_mps_max: f64,
+    /// Smallest radius on which a unicycle can turn, m; zero means that it can turn where it stands. With more it steers
+    /// like a car.
+    pub turning_radius_m_min: f64,
     /// Greatest turn rate of a unicycle, and of each joint of an arm, rad/s.
     pub turn_radps_max: f64,
     /// Greatest change of speed (unicycle) or of velocity (point), m/s².
     pub accel_mps2_max: f64,
     /// Greatest change of turn rate of a unicycle, rad/s².
     pub turn_accel_radps2_max: f64,
+}
+
+impl Limits {
+    /// Greatest turn rate at a speed that the turning radius leaves, rad/s; infinite without one.
+    pub fn turn_at(&self, speed_mps: f64) -> f64 {
+        if self.turning_radius_m_min > 0.0 { speed_mps.abs() / self.turning_radius_m_min } else { f64::INFINITY }
+    }
 }
 
 /// What a robot asks of its body for one tick.
@@ -84,16 +95,18 @@ impl Drive {
         }
     }
 
-    /// The same request within the limits: a velocity keeps its direction, a twist is cut part by part, and
+    /// The same request within the limits: a velocity keeps its direction, a twist is cut part by part (and turns no
+    /// tighter than its speed allows), and
     /// joint rates shrink together, so that the tip keeps its course. The speed of a tip depends on the pose of its
     /// arm, which is not known here: [`ArmState::within`](crate::arm::ArmState::within) limits it too.
     pub fn within(&self, limits: &Limits) -> Drive {
         match *self {
             Drive::Velocity(v) => Drive::Velocity(v.cap_magnitude(limits.speed_mps_max)),
-            Drive::Twist { speed_mps, turn_radps } => Drive::Twist {
-                speed_mps: speed_mps.clamp(-limits.reverse_mps_max, limits.speed_mps_max),
-                turn_radps: turn_radps.clamp(-limits.turn_radps_max, limits.turn_radps_max),
-            },
+            Drive::Twist { speed_mps, turn_radps } => {
+                let speed_mps = speed_mps.clamp(-limits.reverse_mps_max, limits.speed_mps_max);
+                let turn_max = limits.turn_radps_max.min(limits.turn_at(speed_mps));
+                Drive::Twist { speed_mps, turn_radps: turn_radps.clamp(-turn_max, turn_max) }
+            }
             Drive::Joints { rate_radps: [first, second] } => {
                 let fastest = first.abs().max(second.abs());
                 let scale = if fastest > limits.turn_radps_max { limits.turn_radps_max / fastest } else { 1.0 };
@@ -109,13 +122,47 @@ pub fn wrap(angle_rad: f64) -> f64 {
     if wrapped > std::f64::consts::PI { wrapped - std::f64::consts::TAU } else { wrapped }
 }
 
+/// [`steer`] for a robot that is to get to its goal: at most as fast as the arc through the goal allows. At full speed a
+/// body that turns slowly would circle round a goal beside it for ever.
+pub fn steer_to_goal(velocity: Vector2<f64>, heading_gain: f64, input: &PlanInput<'_>) -> Drive {
+    let velocity = if input.arrived { velocity } else { velocity.cap_magnitude(arc_speed(input)) };
+    steer(velocity, input.yaw_rad, heading_gain, &input.limits)
+}
+
+/// Greatest speed at which a body can turn on the circle through its goal, m/s; if the goal is not ahead of it, on the
+/// smallest that has it on its far side.
+pub fn arc_speed(input: &PlanInput<'_>) -> f64 {
+    let to_goal = input.goal - input.position;
+    let error = wrap(to_goal.y.atan2(to_goal.x) - input.yaw_rad);
+    let aside = if error.cos() > 0.0 { error.sin().abs().max(f64::MIN_POSITIVE) } else { 1.0 };
+    input.limits.turn_radps_max * to_goal.norm() / (2.0 * aside)
+}
+
 /// Turns a wanted velocity into a twist: turn towards it with `heading_gain` (1/s), and drive only as far as the
-/// heading agrees (speed × max(0, cos of the heading error)).
+/// heading agrees (speed × max(0, cos of the heading error)) and the body can [turn that fast](turnable).
 pub fn steer(velocity: Vector2<f64>, yaw_rad: f64, heading_gain: f64, limits: &Limits) -> Drive {
     let speed = velocity.norm();
     if speed <= f64::EPSILON {
         return Drive::Twist { speed_mps: 0.0, turn_radps: 0.0 };
     }
     let error = wrap(velocity.y.atan2(velocity.x) - yaw_rad);
-    Drive::Twist { speed_mps: speed * error.cos().max(0.0), turn_radps: heading_gain * error }.within(limits)
+    let speed_mps = speed * error.cos().max(0.0) * turnable(error, heading_gain, limits);
+    Drive::Twist { speed_mps, turn_radps: turn_towards(error, heading_gain, limits) }.within(limits)
+}
+
+/// Share of its speed that a unicycle keeps while it turns by `error_rad`: less than all if it turns slower than a quarter
+/// turn's worth of the gain, so that it stays as near to its course as a body that turns fast.
+pub fn turnable(error_rad: f64, heading_gain: f64, limits: &Limits) -> f64 {
+    let (asked, can) = (heading_gain * error_rad.abs(), std::f64::consts::FRAC_PI_2 * limits.turn_radps_max);
+    if asked > can { can / asked } else { 1.0 }
+}
+
+/// The turn rate towards a heading: in proportion to the error, but no more than the body can stop from before it.
+pub fn turn_towards(error_rad: f64, heading_gain: f64, limits: &Limits) -> f64 {
+    let turn = heading_gain * error_rad;
+    if limits.turn_accel_radps2_max.is_infinite() {
+        return turn;
+    }
+    let stoppable = (limits.turn_accel_radps2_max * error_rad.abs()).sqrt();
+    turn.clamp(-stoppable, stoppable)
 }

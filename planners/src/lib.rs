@@ -8,6 +8,7 @@
 pub mod amr_apf;
 pub mod apf;
 pub mod arm;
+pub mod chassis;
 pub mod dapf;
 pub mod decentralized_apf;
 pub mod drive;
@@ -23,8 +24,9 @@ pub mod spline;
 pub mod straight;
 
 pub use arm::{ArmGeometry, ArmState, Elbow};
+pub use chassis::Chassis;
 pub use drive::{Drive, Kind, Limits};
 pub use geometry::Capsule;
 pub use params::{ParamError, ParamField, ParamKind, ParamSpec, ParamValue, ParamValues};
-pub use planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
+pub use planner::{Neighbor, Obstacle, Plan, PlanInput, PlanState, Planner, nearest_by_id};
 pub use registry::{Identity, METHODS, Method, Symmetry, find};

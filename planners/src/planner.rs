@@ -28,6 +28,11 @@ pub struct PlanInput<'a> {
     pub goal: Point2<f64>,
     /// The goal counts as reached within this distance, m.
     pub goal_tolerance_m: f64,
+    /// The heading that the robot is to have at its goal, rad; `None` is any. The body turns to it by itself once it is
+    /// there, see [`Chassis`](crate::Chassis): a method need not look at this.
+    pub goal_yaw_rad: Option<f64>,
+    /// That heading counts as reached within this angle, rad.
+    pub goal_yaw_tolerance_rad: f64,
     /// The goal is the last one and has been reached: what is planned from here on is how to stay.
     pub arrived: bool,
     /// What the sensors see within range: fixed and moving obstacles, and bodies that do not speak on the radio.
@@ -97,12 +102,32 @@ pub struct Plan {
     pub repulsive: Vector2<f64>,
     /// The robot stands still on purpose: told to the others, see [`Neighbor::stopped`].
     pub stopped: bool,
+    /// Whether the method has a plan at all.
+    pub state: PlanState,
+}
+
+/// Whether a method has a plan, for the report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlanState {
+    /// It knows what to do.
+    #[default]
+    Ready,
+    /// It is still looking for a way; until there is one the robot waits, or makes do.
+    Planning,
+    /// It found none, and will not look again until something changes.
+    GaveUp,
 }
 
 impl Plan {
     /// A plan without field terms, of a robot on its way.
     pub fn only(drive: Drive) -> Plan {
-        Plan { drive, attractive: Vector2::zeros(), repulsive: Vector2::zeros(), stopped: false }
+        Plan {
+            drive,
+            attractive: Vector2::zeros(),
+            repulsive: Vector2::zeros(),
+            stopped: false,
+            state: PlanState::Ready,
+        }
     }
 }
 

@@ -21,8 +21,16 @@ pub struct Method {
     pub kinds: &'static [Kind],
     /// Its parameters.
     pub params: fn() -> Vec<ParamSpec>,
+    /// The greatest speed that it asks of a body with these parameters and ticks of so many seconds, m/s: infinite if it
+    /// uses what the body has. Its defaults do.
+    pub speed_mps: fn(&ParamValues, f64) -> f64,
     /// Builds it for one robot.
     pub build: Build,
+}
+
+/// For methods that use the speed that a body has, whatever their parameters.
+pub fn any_speed(_: &ParamValues, _: f64) -> f64 {
+    f64::INFINITY
 }
 
 impl Method {

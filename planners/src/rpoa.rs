@@ -9,7 +9,7 @@
 //! | paper | here           | unit | default | larger means                                                |
 //! |-------|----------------|------|---------|-------------------------------------------------------------|
 //! | n     | `particles`    |      | 60      | straighter ways, more to compute                            |
-//! | C_t   | `step_radius`  | m    | 0.1     | looks further ahead, turns later; speed is at most C_t / dt |
+//! | C_t   | `step_radius`  | m    | 0.1 or more | looks further ahead, turns later; speed is at most C_t / dt |
 //! | r_s   | `sensor_range` | m    | 1.0     | gives way sooner; too large: feels too many hills at once   |
 //! | α_o   | `alpha_obs`    |      | 1.0     | obstacles near the target count more                        |
 //! | μ_o   | `mu_obs`       | 1/m² | 1.0     | narrower hills: passes narrower gaps                        |
@@ -43,7 +43,7 @@
 //! too: where obstacles stand nearer to each other than 1.5 m, `mu_obs` should be about 1 / gap². The guard does not
 //! foresee: what moves towards the robot may touch it.
 
-use crate::drive::{Drive, Kind, steer};
+use crate::drive::{Drive, Kind, steer_to_goal};
 use crate::geometry::Capsule;
 use crate::params::{ParamError, ParamValues};
 use crate::planner::{Plan, PlanInput, Planner};
@@ -70,6 +70,7 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry { rotation: false, reflection: false, ..Symmetry::FULL },
     kinds: Kind::MOBILE,
     params: Params::specs,
+    speed_mps,
     build,
 };
 
@@ -89,7 +90,7 @@ crate::params! {
         /// Number of particles n. Larger: straighter ways, more to compute.
         particles: u32 = 60, "", 1..=1000;
         /// Radius C_t of the particles' circle. Larger: looks further ahead, turns later. Limits the speed to one radius
-        /// a tick.
+        /// a tick; the default follows the speed limit: it is at least what the body drives in a tick.
         step_radius: f64 = 0.1, "m", 0.001..=10.0;
         /// Sensor range r_s to an inflated surface. Larger: gives way sooner; too large: feels too many hills at once.
         sensor_range: f64 = 1.0, "m", 0.0..=100.0;
@@ -118,17 +119,29 @@ crate::params! {
 /// The method at work for one robot. Of the past it keeps only the random stream and the progress to the target.
 pub struct Rpoa {
     params: Params,
+    /// C_t is nobody's choice and grows with what the body drives in a tick.
+    follows_speed: bool,
     stream: Stream,
     sensed: Sensed,
     progress: Progress,
 }
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
-    Ok(Box::new(Rpoa::new(Params::from_values(values)?, identity)))
+    let follows_speed = !values.contains_key("step_radius");
+    Ok(Box::new(Rpoa { follows_speed, ..Rpoa::new(Params::from_values(values)?, identity) }))
+}
+
+/// One radius a tick.
+fn speed_mps(values: &ParamValues, dt_s: f64) -> f64 {
+    let given = values.contains_key("step_radius");
+    if given { Params::default().with(values).step_radius / dt_s } else { f64::INFINITY }
 }
 
 impl Planner for Rpoa {
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
+        if self.follows_speed {
+            self.params.step_radius = Params::default().step_radius.max(input.limits.speed_mps_max * input.dt_s);
+        }
         self.progress.note(input);
         if input.arrived {
             return Plan { stopped: true, ..Plan::only(Drive::stop(input.kind)) };
@@ -139,7 +152,7 @@ impl Planner for Rpoa {
         let drive = match input.kind {
             Kind::Point => Drive::Velocity(velocity),
             Kind::Unicycle => {
-                let twist = steer(velocity, input.yaw_rad, self.params.heading_gain, &input.limits);
+                let twist = steer_to_goal(velocity, self.params.heading_gain, input);
                 if self.guards_against(twist, input) { turn_only(twist) } else { twist }
             }
             Kind::TwoLinkArm => Drive::stop(input.kind),
@@ -180,7 +193,7 @@ impl Rpoa {
     /// The method with these parameters, for this robot.
     pub fn new(params: Params, identity: Identity) -> Rpoa {
         let stream = Stream::new(identity.seed, identity.robot, identity.incarnation, "rpoa");
-        Rpoa { params, stream, sensed: Sensed::default(), progress: Progress::default() }
+        Rpoa { params, follows_speed: false, stream, sensed: Sensed::default(), progress: Progress::default() }
     }
 
     /// Whether the robot came no nearer to its target than 0.1 m in the last 5 s although it has not arrived: it sits in

@@ -4,10 +4,10 @@
 //! |--------|----------------|-------|---------|--------------------------|
 //! |        | `heading_gain` | 1/s   | 3.0     | a unicycle turns sharper |
 
-use crate::drive::{Drive, Kind, steer};
+use crate::drive::{Drive, Kind, steer_to_goal};
 use crate::params::{ParamError, ParamValues};
 use crate::planner::{Plan, PlanInput, Planner};
-use crate::registry::{Identity, Method, Symmetry};
+use crate::registry::{Identity, Method, Symmetry, any_speed};
 
 /// The line of the registry.
 pub static METHOD: Method = Method {
@@ -17,6 +17,7 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry::FULL,
     kinds: Kind::MOBILE,
     params: Params::specs,
+    speed_mps: any_speed,
     build,
 };
 
@@ -51,7 +52,7 @@ impl Planner for Straight {
         let velocity = to_goal / distance * speed;
         let drive = match input.kind {
             Kind::Point => Drive::Velocity(velocity),
-            Kind::Unicycle => steer(velocity, input.yaw_rad, self.params.heading_gain, &input.limits),
+            Kind::Unicycle => steer_to_goal(velocity, self.params.heading_gain, input),
             Kind::TwoLinkArm => Drive::stop(input.kind),
         };
         Plan { attractive: velocity, ..Plan::only(drive) }

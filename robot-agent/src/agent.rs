@@ -3,7 +3,7 @@
 use crate::radio::Receiver;
 use nalgebra::{Point2, Vector2};
 use planners::registry::Identity;
-use planners::{ArmState, Drive, Neighbor, Obstacle, ParamError, PlanInput, Planner};
+use planners::{ArmState, Chassis, Drive, Neighbor, Obstacle, ParamError, PlanInput, Planner};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -58,6 +58,7 @@ pub enum AgentError {
 pub struct Agent {
     spec: AgentSpec,
     planner: Box<dyn Planner>,
+    chassis: Chassis,
     receiver: Receiver,
     neighbors: Vec<Neighbor>,
     obstacles: Vec<Obstacle>,
@@ -78,7 +79,15 @@ impl Agent {
     pub fn with_planner(spec: AgentSpec, planner: Box<dyn Planner>) -> Agent {
         let receiver = Receiver::new(spec.clock.seed, spec.seat, spec.radio.clone());
         let map = spec.map.iter().map(|piece| Obstacle::from(*piece)).collect();
-        Agent { spec, planner, receiver, neighbors: Vec::new(), obstacles: Vec::new(), map }
+        Agent {
+            spec,
+            planner,
+            chassis: Chassis::default(),
+            receiver,
+            neighbors: Vec::new(),
+            obstacles: Vec::new(),
+            map,
+        }
     }
 
     /// What it was told at the start.
@@ -108,23 +117,28 @@ impl Agent {
         let arrived = odometry.has(Odometry::FLAG_ARRIVED);
         let joints_rad = odometry.joints_rad;
         let arm = robot.arm.map(|setup| ArmState { geometry: setup.geometry, joints_rad });
-        let plan = self.planner.plan(&PlanInput {
-            tick: odometry.tick,
-            dt_s,
-            position,
-            yaw_rad: odometry.yaw_rad,
-            velocity,
-            radius_m: robot.radius_m,
-            kind: robot.kind,
-            limits: robot.limits,
-            goal,
-            goal_tolerance_m: robot.goal_tolerance_m,
-            arrived,
-            obstacles: &self.obstacles,
-            neighbors: &self.neighbors,
-            map: &self.map,
-            arm,
-        });
+        let plan = self.chassis.plan(
+            &mut *self.planner,
+            &PlanInput {
+                tick: odometry.tick,
+                dt_s,
+                position,
+                yaw_rad: odometry.yaw_rad,
+                velocity,
+                radius_m: robot.radius_m,
+                kind: robot.kind,
+                limits: robot.limits,
+                goal,
+                goal_tolerance_m: robot.goal_tolerance_m,
+                goal_yaw_rad: None,
+                goal_yaw_tolerance_rad: 0.1,
+                arrived,
+                obstacles: &self.obstacles,
+                neighbors: &self.neighbors,
+                map: &self.map,
+                arm,
+            },
+        );
         let drive = match (plan.drive, arm) {
             (Drive::Joints { rate_radps }, Some(arm)) => arm.within(rate_radps, &robot.limits),
             (drive, _) => drive.within(&robot.limits),

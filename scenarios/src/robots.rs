@@ -92,6 +92,7 @@ impl<'a> Layers<'a> {
             limits: Limits {
                 speed_mps_max: body.float("speed_mps_max"),
                 reverse_mps_max: body.float("reverse_mps_max"),
+                turning_radius_m_min: body.float("turning_radius_m_min"),
                 turn_radps_max: body.float("turn_radps_max"),
                 accel_mps2_max: body.float("accel_mps2_max"),
                 turn_accel_radps2_max: body.float("turn_accel_radps2_max"),

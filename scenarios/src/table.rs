@@ -227,6 +227,12 @@ pub(crate) const MOBILE: &[Key] = &[
     computed("start_yaw_rad", Float(ANY), "towards its first goal", "Its heading at the start; not of an arm."),
     preset("radius_m", Float(POSITIVE), "0.2", "Body radius; not of an arm."),
     preset("reverse_mps_max", Float(NOT_NEGATIVE), "0", "Greatest reverse speed of a unicycle; 0: it cannot reverse."),
+    preset(
+        "turning_radius_m_min",
+        Float(NOT_NEGATIVE),
+        "0",
+        "Smallest radius on which a unicycle can turn, as a car has it; 0: it can turn where it stands.",
+    ),
     preset("accel_mps2_max", Float(UNLIMITED), "inf", "Greatest change of speed (unicycle) or velocity (point)."),
 ];
 

@@ -12,6 +12,14 @@ const TOLERANCES_PER_TICK_MAX: f64 = 2.0;
 /// Checks a scenario whose values are right one by one.
 pub(crate) fn check(robots: &[Robot], sources: &[Source], events: &[Event], clock: Clock, report: &mut Report) {
     goals_apart(robots, sources, events, report);
+    let slow = |robot: &Robot| slow_method(robot, clock);
+    of_robots(
+        robots,
+        sources,
+        &slow,
+        "leave the parameters that limit it out: their defaults follow the speed limit",
+        report,
+    );
     let coarse = |robot: &Robot| coarse_ticks(robot, clock);
     of_robots(robots, sources, &coarse, "raise clock.tick_hz or goal_tolerance_m, or lower speed_mps_max", report);
 }
@@ -84,5 +92,17 @@ fn coarse_ticks(robot: &Robot, clock: Clock) -> Option<String> {
     (robot.kind != Kind::TwoLinkArm && per_tick_m > TOLERANCES_PER_TICK_MAX * tolerance_m).then(|| {
         let times = per_tick_m / tolerance_m;
         format!("drives up to {per_tick_m:.3} m in a tick, {times:.1} times its goal tolerance of {tolerance_m} m")
+    })
+}
+
+/// A method that, with its parameters, cannot use the speed that its body has. An agent of one's own has its own method.
+fn slow_method(robot: &Robot, clock: Clock) -> Option<String> {
+    let method = planners::find(&robot.planner).filter(|_| robot.agent.is_none())?;
+    let (asks_mps, can_mps) = ((method.speed_mps)(&robot.params, clock.dt_s()), robot.limits.speed_mps_max);
+    (asks_mps < can_mps * (1.0 - 1e-9)).then(|| {
+        format!(
+            "`{}` with these parameters drives at most {asks_mps:.3} m/s of the {can_mps} m/s that it may",
+            method.name
+        )
     })
 }

@@ -38,7 +38,7 @@ fn goals_nearer_than_the_bodies() {
 #[test]
 fn ticks_that_are_too_long_for_the_tolerance() {
     let robot = "[[robot]]\nid = \"a\"\nstart_m = [-3, 0]\ngoal_m = [3, 0]\n";
-    let said = "line 3: robot[0]: `a`: drives up to 0.400 m in a tick, 4.0 times its goal tolerance of 0.1 m";
+    let said = "line 4: robot[0]: `a`: drives up to 0.400 m in a tick, 4.0 times its goal tolerance of 0.1 m";
     check(&format!("[defaults]\nspeed_mps_max = 20\n{robot}"), &[said]);
     check(&format!("[defaults]\nspeed_mps_max = 9\n{robot}"), &[]);
 }

@@ -71,6 +71,7 @@ pub(crate) mod testing {
         let limits = Limits {
             speed_mps_max: 1.0,
             reverse_mps_max: 0.0,
+            turning_radius_m_min: 0.0,
             turn_radps_max: 1.0,
             accel_mps2_max: f64::INFINITY,
             turn_accel_radps2_max: f64::INFINITY,

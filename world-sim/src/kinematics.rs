@@ -36,7 +36,10 @@ impl Pose {
             Drive::Velocity(wanted) => self.slide(wanted, limits, dt_s),
             Drive::Twist { speed_mps, turn_radps } => {
                 self.speed_mps = towards(self.speed_mps, speed_mps, limits.accel_mps2_max * dt_s);
-                self.turn_radps = towards(self.turn_radps, turn_radps, limits.turn_accel_radps2_max * dt_s);
+                let turn_radps = towards(self.turn_radps, turn_radps, limits.turn_accel_radps2_max * dt_s);
+                // A body that is slow to brake its turn still turns no tighter than it can.
+                let turn_max = limits.turn_at(self.speed_mps);
+                self.turn_radps = turn_radps.clamp(-turn_max, turn_max);
                 self.roll(dt_s);
             }
             Drive::Joints { .. } => {} // moves an arm, which has the pose of its tip from its joints
@@ -93,6 +96,7 @@ mod tests {
     const LIMITS: Limits = Limits {
         speed_mps_max: 1.5,
         reverse_mps_max: 0.5,
+        turning_radius_m_min: 0.0,
         turn_radps_max: 2.0,
         accel_mps2_max: 3.0,
         turn_accel_radps2_max: 8.0,

@@ -14,6 +14,7 @@ fn rings(count: usize) -> Scenario {
     let limits = Limits {
         speed_mps_max: 2.0,
         reverse_mps_max: 0.0,
+        turning_radius_m_min: 0.0,
         turn_radps_max: 2.0,
         accel_mps2_max: f64::INFINITY,
         turn_accel_radps2_max: f64::INFINITY,
@@ -58,6 +59,7 @@ fn rings(count: usize) -> Scenario {
         template: robot(0),
         robots: (0..count).map(robot).collect(),
         events: Vec::new(),
+        warnings: Vec::new(),
         expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
         warnings: Vec::new(),
     }

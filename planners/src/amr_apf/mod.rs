@@ -53,8 +53,8 @@ pub use params::{Circle, ClusterRule, Params, PillarGaps, Preset, Rule, Side, Sp
 
 use crate::drive::{Drive, Kind, wrap};
 use crate::params::{ParamError, ParamValues};
-use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
-use crate::registry::{Identity, Method, Symmetry};
+use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, PlanState, Planner, nearest_by_id};
+use crate::registry::{Identity, Method, Symmetry, any_speed};
 use clusters::{Member, Scratch};
 use field::{Other, Own};
 use nalgebra::{Point2, Rotation2, Vector2};
@@ -76,6 +76,7 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry::FULL,
     kinds: Kind::MOBILE,
     params: Params::specs,
+    speed_mps: any_speed,
     build,
 };
 
@@ -184,6 +185,7 @@ impl Planner for AmrApf {
             attractive: heading * attraction,
             repulsive: heading * (force - attraction),
             stopped: if self.params.sticky_stop { self.stuck_flag } else { sum.yields },
+            state: PlanState::Ready,
         }
     }
 }

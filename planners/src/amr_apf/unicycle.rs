@@ -23,7 +23,12 @@ pub(crate) fn drive(twist: Twist, own: &Own, input: &PlanInput<'_>, remembered_r
     let Twist { speed_mps, turn_radps } = twist;
     match input.kind {
         Kind::TwoLinkArm => Drive::stop(input.kind),
-        Kind::Unicycle => Drive::Twist { speed_mps, turn_radps }.within(&input.limits),
+        Kind::Unicycle => {
+            // A body that cannot turn that fast drives the same curve, slower.
+            let over = turn_radps.abs() / input.limits.turn_radps_max;
+            let speed_mps = if over > 1.0 { speed_mps / over } else { speed_mps };
+            Drive::Twist { speed_mps, turn_radps }.within(&input.limits)
+        }
         Kind::Point => {
             let heading = wrap(own.heading_rad + turn_radps * input.dt_s);
             *remembered_rad = Some(heading);

@@ -13,7 +13,7 @@
 //! With `neighbors = false` nothing pushes and no robot is an obstacle; sensed things stay in the online potential.
 
 use super::known::moves;
-use crate::drive::{Drive, Kind, steer, wrap};
+use crate::drive::{Drive, Kind, arc_speed, steer_to_goal, turn_towards, turnable, wrap};
 use crate::planner::{Obstacle, Plan, PlanInput, nearest_by_id};
 use nalgebra::{Point2, Vector2};
 
@@ -92,7 +92,7 @@ impl Layer {
                 // Who is pushed gets out of the way first.
                 let pushed = push != Vector2::zeros();
                 let drive = if pushed {
-                    steer(velocity, input.yaw_rad, self.heading_gain, &input.limits)
+                    steer_to_goal(velocity, self.heading_gain, input)
                 } else {
                     self.steer(velocity, input)
                 };
@@ -119,13 +119,15 @@ impl Layer {
     /// Turns a wanted velocity into a twist that keeps close to it: the robot turns first where it should go another
     /// way, because a step is shorter than the arc of a turn at speed.
     fn steer(&self, velocity: Vector2<f64>, input: &PlanInput<'_>) -> Drive {
-        let speed = velocity.norm();
+        let speed = velocity.norm().min(arc_speed(input));
         if speed <= f64::EPSILON {
             return Drive::stop(input.kind);
         }
         let error = wrap(velocity.y.atan2(velocity.x) - input.yaw_rad);
-        let speed_mps = speed * (1.0 - error.abs() / TURN_FIRST_RAD).max(0.0);
-        Drive::Twist { speed_mps, turn_radps: self.heading_gain * error }.within(&input.limits)
+        let gain = self.heading_gain;
+        let share = (1.0 - error.abs() / TURN_FIRST_RAD).max(0.0) * turnable(error, gain, &input.limits);
+        let turn_radps = turn_towards(error, gain, &input.limits);
+        Drive::Twist { speed_mps: speed * share, turn_radps }.within(&input.limits)
     }
 }
 

@@ -10,8 +10,8 @@ use super::layer::{Layer, speed_near, stay, towards};
 use super::search::{Budget, Progress, Search};
 use crate::drive::Kind;
 use crate::params::{ParamError, ParamValues};
-use crate::planner::{Plan, PlanInput, Planner};
-use crate::registry::{Identity, Method, Symmetry};
+use crate::planner::{Plan, PlanInput, PlanState, Planner};
+use crate::registry::{Identity, Method, Symmetry, any_speed};
 use nalgebra::{Point2, Vector2};
 
 /// A robot farther than so many steps from its path thinks anew.
@@ -28,6 +28,7 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry { rotation: false, translation: true, reflection: false, neighbor_order: true },
     kinds: Kind::MOBILE,
     params: Params::specs,
+    speed_mps: any_speed,
     build,
 };
 
@@ -104,7 +105,8 @@ impl Planner for Liquid {
         let rounds = self.params.rounds_per_tick as usize;
         match self.search.advance(&self.law, input.radius_m, self.known.obstacles(), rounds) {
             Progress::Found => self.follow(input),
-            Progress::Thinking | Progress::Failed => stay(input),
+            Progress::Thinking => Plan { state: PlanState::Planning, ..stay(input) },
+            Progress::Failed => Plan { state: PlanState::GaveUp, ..stay(input) },
         }
     }
 }

@@ -11,7 +11,7 @@ use super::known::{moves, parked};
 use super::layer::{Layer, speed_near, stay, towards};
 use crate::drive::Kind;
 use crate::params::{ParamError, ParamValues};
-use crate::planner::{Obstacle, Plan, PlanInput, Planner};
+use crate::planner::{Obstacle, Plan, PlanInput, PlanState, Planner};
 use crate::registry::{Identity, Method, Symmetry};
 use nalgebra::{Point2, Vector2};
 
@@ -31,13 +31,15 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry { rotation: false, translation: true, reflection: false, neighbor_order: true },
     kinds: Kind::MOBILE,
     params: Params::specs,
+    speed_mps,
     build,
 };
 
 crate::params! {
     /// What a scenario can change.
     pub struct Params {
-        /// Length of a step. Larger: coarser.
+        /// Length of a step. Larger: coarser. Limits the speed to one step a tick; the default follows the speed limit: it is
+        /// at least what the body drives in a tick.
         step_m: f64 = 0.1, "m", 0.001..=1e6;
         /// Number of directions A_nsd. Larger: smoother.
         directions: u32 = 16, "", 3..=360;
@@ -81,6 +83,8 @@ struct Leg {
 #[derive(Clone, Debug)]
 pub struct LiquidOnline {
     params: Params,
+    /// The length of a step is nobody's choice and grows with what the body drives in a tick.
+    follows_speed: bool,
     law: Law,
     layer: Layer,
     /// The goal that the virtual obstacles belong to.
@@ -101,7 +105,13 @@ pub struct LiquidOnline {
 }
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
-    Ok(Box::new(LiquidOnline::new(Params::from_values(values)?, identity)))
+    let follows_speed = !values.contains_key("step_m");
+    Ok(Box::new(LiquidOnline { follows_speed, ..LiquidOnline::new(Params::from_values(values)?, identity) }))
+}
+
+/// One step a tick.
+fn speed_mps(values: &ParamValues, dt_s: f64) -> f64 {
+    if values.contains_key("step_m") { Params::default().with(values).step_m / dt_s } else { f64::INFINITY }
 }
 
 impl Planner for LiquidOnline {
@@ -109,10 +119,14 @@ impl Planner for LiquidOnline {
         if input.arrived || input.kind == Kind::TwoLinkArm {
             return stay(input);
         }
+        if self.follows_speed {
+            self.law.step_m = self.params.step_m.max(input.limits.speed_mps_max * input.dt_s);
+        }
         self.begin_tick(input);
         let wanted = self.wanted(input);
         let push = self.layer.push(wanted, input);
-        self.layer.plan(wanted, push, &self.around, input)
+        let state = if self.gave_up { PlanState::GaveUp } else { PlanState::Ready };
+        Plan { state, ..self.layer.plan(wanted, push, &self.around, input) }
     }
 }
 
@@ -140,6 +154,7 @@ impl LiquidOnline {
         let virtual_max = params.virtual_max as usize;
         LiquidOnline {
             params,
+            follows_speed: false,
             law,
             layer,
             goal: None,

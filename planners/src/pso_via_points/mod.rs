@@ -66,11 +66,11 @@ pub use params::Params;
 
 use crate::arm::{ArmState, Room};
 use crate::decentralized_apf::{self, DecentralizedApf};
-use crate::drive::{Drive, Kind, steer};
+use crate::drive::{Drive, Kind, steer_to_goal};
 use crate::params::{ParamError, ParamValues};
-use crate::planner::{Plan, PlanInput, Planner, nearest_by_id};
+use crate::planner::{Plan, PlanInput, PlanState, Planner, nearest_by_id};
 use crate::random::Stream;
-use crate::registry::{Identity, Method, Symmetry};
+use crate::registry::{Identity, Method, Symmetry, any_speed};
 use field::{Bodies, Variant};
 use follow::Follower;
 use nalgebra::{Point2, Vector2};
@@ -87,6 +87,7 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry { rotation: false, translation: true, reflection: false, neighbor_order: true },
     kinds: Kind::ALL,
     params: Params::specs,
+    speed_mps: any_speed,
     build,
 };
 
@@ -230,8 +231,10 @@ impl PsoViaPoints {
     fn alone(&self, input: &PlanInput<'_>) -> Vector2<f64> {
         let to_goal = input.goal - input.position;
         let speed_max = input.limits.speed_mps_max;
-        if let Some(ahead) = self.path.ahead(self.in_plane.look_ahead) {
-            let last = self.path.remaining_m() <= self.in_plane.look_ahead;
+        // A point that is nearer than what the body drives in a tick would be driven past.
+        let look_ahead_m = self.in_plane.look_ahead.max(speed_max * input.dt_s);
+        if let Some(ahead) = self.path.ahead(look_ahead_m) {
+            let last = self.path.remaining_m() <= look_ahead_m;
             let along = if last { to_goal } else { ahead - input.position };
             // The last tick ends on the goal, not beyond it.
             let speed = if last { speed_max.min(to_goal.norm() / input.dt_s) } else { speed_max };
@@ -330,19 +333,24 @@ impl Planner for PsoViaPoints {
             }
         }
         self.work(input);
+        let state = match (self.path.has_path(), self.planning.busy()) {
+            (true, _) => PlanState::Ready,
+            (false, true) => PlanState::Planning,
+            (false, false) => PlanState::GaveUp,
+        };
         if (input.goal - input.position).norm() <= input.goal_tolerance_m {
             return stay;
         }
         if is_arm {
             let drive = self.joints(input);
-            return Plan { stopped: drive == stay.drive, ..Plan::only(drive) };
+            return Plan { stopped: drive == stay.drive, state, ..Plan::only(drive) };
         }
         let (attractive, repulsive) = (self.alone(input), self.pushes(input));
         let velocity = (attractive + repulsive).cap_magnitude(input.limits.speed_mps_max);
         let drive = match input.kind {
-            Kind::Unicycle => steer(velocity, input.yaw_rad, self.in_plane.heading_gain, &input.limits),
+            Kind::Unicycle => steer_to_goal(velocity, self.in_plane.heading_gain, input),
             Kind::Point | Kind::TwoLinkArm => Drive::Velocity(velocity),
         };
-        Plan { attractive, repulsive, ..Plan::only(drive) }
+        Plan { attractive, repulsive, state, ..Plan::only(drive) }
     }
 }

@@ -23,6 +23,7 @@ pub(crate) struct Scene {
 pub(crate) const LIMITS: Limits = Limits {
     speed_mps_max: 1.0,
     reverse_mps_max: 0.0,
+    turning_radius_m_min: 0.0,
     turn_radps_max: 3.0,
     accel_mps2_max: f64::INFINITY,
     turn_accel_radps2_max: f64::INFINITY,
@@ -59,6 +60,8 @@ impl Scene {
             limits: self.limits,
             goal: self.goal,
             goal_tolerance_m: 0.1,
+            goal_yaw_rad: None,
+            goal_yaw_tolerance_rad: 0.1,
             arrived: self.arrived,
             obstacles: &self.obstacles,
             neighbors: &self.neighbors,

@@ -4,6 +4,7 @@
 mod allocation;
 mod amr_apf;
 mod arm;
+mod chassis;
 mod decentralized_apf;
 mod geometry;
 mod inputs;

@@ -58,7 +58,7 @@ fn obstacle(size: f64) -> impl Strategy<Value = Obstacle> {
 }
 
 /// A robot somewhere within `size` of the origin, among up to `others` robots and as many obstacles.
-fn scene(size: f64, others: usize) -> impl Strategy<Value = Scene> {
+pub(crate) fn scene(size: f64, others: usize) -> impl Strategy<Value = Scene> {
     let own = (point(size), -4.0..4.0f64, vector(1.0), 0.05..0.5f64, any::<bool>(), point(size), any::<bool>());
     let limits = (0.01..3.0f64, 0.0..1.0f64, 0.1..6.0f64);
     let around =
@@ -104,7 +104,7 @@ fn plans(planner: &mut dyn Planner, scene: &Scene) -> Vec<Plan> {
 }
 
 /// Holds one method's answer to what every answer must be.
-fn check_sane(name: &str, scene: &Scene, plan: &Plan) -> Result<(), TestCaseError> {
+pub(crate) fn check_sane(name: &str, scene: &Scene, plan: &Plan) -> Result<(), TestCaseError> {
     let finite = plan.drive.is_finite() && [plan.attractive, plan.repulsive].iter().all(|v| v.norm().is_finite());
     prop_assert!(finite, "{name}: {plan:?}");
     let limits = &scene.limits;
@@ -188,6 +188,7 @@ fn mapped_plan(plan: Plan, vector: impl Fn(Vector2<f64>) -> Vector2<f64>, side: 
         attractive: vector(plan.attractive),
         repulsive: vector(plan.repulsive),
         stopped: plan.stopped,
+        state: plan.state,
     }
 }
 

@@ -12,6 +12,7 @@ use planners::{Capsule, Drive, Identity, Kind, Limits, Neighbor, Obstacle, PlanI
 const LIMITS: Limits = Limits {
     speed_mps_max: 0.2,
     reverse_mps_max: 0.0,
+    turning_radius_m_min: 0.0,
     turn_radps_max: 1.0,
     accel_mps2_max: f64::INFINITY,
     turn_accel_radps2_max: f64::INFINITY,
@@ -351,6 +352,8 @@ impl<'a> Run<'a> {
             limits: LIMITS,
             goal: robot.goal,
             goal_tolerance_m: self.program.tolerance_m,
+            goal_yaw_rad: None,
+            goal_yaw_tolerance_rad: 0.1,
             arrived: false,
             obstacles: &self.obstacles,
             neighbors: &self.neighbors,

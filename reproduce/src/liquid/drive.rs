@@ -140,6 +140,8 @@ impl Setup {
             let map = if still { &*obstacles } else { &[] };
             let input = PlanInput {
                 goal_tolerance_m: tolerance,
+                goal_yaw_rad: None,
+                goal_yaw_tolerance_rad: 0.1,
                 ..input(tick, self.dt_s, q, Vector2::zeros(), robot, speed_mps_max, &obstacles, map)
             };
             let Drive::Velocity(velocity) = planner.plan(&input).drive else { panic!("a point gets a velocity") };
@@ -181,12 +183,15 @@ fn input<'a>(
         limits: Limits {
             speed_mps_max,
             reverse_mps_max: 0.0,
+            turning_radius_m_min: 0.0,
             turn_radps_max: 0.0,
             accel_mps2_max: f64::INFINITY,
             turn_accel_radps2_max: f64::INFINITY,
         },
         goal: robot.goal,
         goal_tolerance_m: robot.arrival_tolerance,
+        goal_yaw_rad: None,
+        goal_yaw_tolerance_rad: 0.1,
         arrived: false,
         obstacles,
         neighbors: &[],

@@ -18,6 +18,7 @@ pub(crate) fn robot(slot: usize, start: [f64; 2], goal: [f64; 2]) -> Robot {
         limits: Limits {
             speed_mps_max: 1.0,
             reverse_mps_max: 0.0,
+            turning_radius_m_min: 0.0,
             turn_radps_max: 2.0,
             accel_mps2_max: f64::INFINITY,
             turn_accel_radps2_max: f64::INFINITY,
@@ -60,6 +61,7 @@ pub(crate) fn scenario(robots: Vec<Robot>) -> Scenario {
         template: robot(0, [0.0, 0.0], [0.0, 0.0]),
         robots,
         events: Vec::new(),
+        warnings: Vec::new(),
         expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
         warnings: Vec::new(),
     }

@@ -15,6 +15,7 @@ const TICKS_PER_GOAL_MAX: u32 = 1000;
 const LIMITS: Limits = Limits {
     speed_mps_max: 1.0,
     reverse_mps_max: 0.0,
+    turning_radius_m_min: 0.0,
     turn_radps_max: 2.0,
     accel_mps2_max: f64::INFINITY,
     turn_accel_radps2_max: f64::INFINITY,
@@ -86,6 +87,8 @@ impl Course {
             limits: LIMITS,
             goal: self.goal,
             goal_tolerance_m: RADIUS_M,
+            goal_yaw_rad: None,
+            goal_yaw_tolerance_rad: 0.1,
             arrived: false,
             obstacles: &self.obstacles,
             neighbors: &self.neighbors,
