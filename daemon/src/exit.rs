@@ -75,6 +75,16 @@ impl Failure {
         self
     }
 
+    /// Everything that failed, with the exit code of the first failure.
+    ///
+    /// # Errors
+    /// When one of them is a failure.
+    pub fn first_of(results: impl IntoIterator<Item = Result<(), Failure>>) -> Result<(), Failure> {
+        let failures = results.into_iter().filter_map(Result::err);
+        let all = failures.reduce(|first, next| Failure { lines: [first.lines, next.lines].concat(), ..first });
+        all.map_or(Ok(()), Err)
+    }
+
     /// Adds the way out.
     pub fn hint(mut self, hint: impl Into<String>) -> Failure {
         self.lines.push(Line::Hint(hint.into()));

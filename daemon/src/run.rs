@@ -1,8 +1,9 @@
 //! `shoal run`: a scenario from its text to its report.
 
-use crate::cli::{FilterArg, RunArgs};
+use crate::cli::{FilterArg, Format, RunArgs};
 use crate::ending::Finished;
 use crate::exit::Failure;
+use crate::file::{Files, STANDARD};
 use crate::out;
 use crate::progress::{Progress, ProgressState};
 use crate::record::RecordPlace;
@@ -14,7 +15,9 @@ use crate::{coordinator, measured, single};
 use bus::clock;
 use protocol::world_to_daemon::{Notice, Outcome};
 use scenarios::{Mode, Overrides, Scenario};
+use std::ffi::OsStr;
 use std::ops::ControlFlow;
+use std::path::Path;
 use world_sim::World;
 
 /// In `single`, ticks between two looks at the clock for the live line.
@@ -42,21 +45,40 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     if !scenario.warnings.is_empty() {
         out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
     }
-    let file = options.report.as_deref().map(sink::ReportFile::prepare).transpose()?;
-    let record = options.record.as_deref().map(RecordPlace::prepare).transpose()?;
+    let mut files = files_of(&options.scenario, &scenario);
+    // A report that goes to standard output goes there alone.
+    let (named, format) = match options.report.as_deref() {
+        Some(path) if path == Path::new(STANDARD) => (None, Format::Json),
+        named => (named, options.format),
+    };
+    let file = named.map(|path| sink::ReportFile::prepare(path, &mut files)).transpose()?;
+    let record = options.record.as_deref().map(|path| RecordPlace::prepare(path, &mut files)).transpose()?;
     let (mut facts, failures) = match scenario.clock.mode {
         Mode::Single => in_one_thread(scenario, record.as_ref())?,
         Mode::Lockstep | Mode::Realtime => as_processes(scenario, record.as_ref())?,
     };
     facts.failures = failures.iter().map(|failure| failure.message().to_owned()).collect();
     let report = report::assemble(facts);
-    // The file first: a reader of standard output may have gone away, and nothing must get lost with it.
-    if let Some(file) = file {
-        file.write(&report)?;
-    }
-    sink::print(&report, options.format)?;
+    // Printed first: what becomes of the files must not cost what is known. And whatever becomes of standard output, the
+    // file is written.
+    let printed = sink::print(&report, format);
+    let written = file.map_or(Ok(()), |file| file.write(&report));
     failures.iter().for_each(out::fail);
-    Ok(report.exit_code)
+    Failure::first_of([printed, written]).map(|()| report.exit_code)
+}
+
+/// What a run reads: no output may replace it.
+fn files_of(named: &OsStr, scenario: &Scenario) -> Files {
+    let mut files = Files::new();
+    if let Some(path) = source::file_of(named) {
+        files.read("the scenario", path);
+    }
+    for robot in &scenario.robots {
+        if let Some(agent) = &robot.agent {
+            files.read(format!("the agent of robot `{}`", robot.id), Path::new(agent));
+        }
+    }
+    files
 }
 
 /// What is known of a run that has ended, and what went wrong around it.

@@ -1,14 +1,16 @@
 //! Where a scenario comes from: a file, or the catalog that ships with shoal.
 
 use crate::exit::{Failure, USAGE};
+use crate::file::STANDARD;
 use scenarios::{Overrides, Problem, Problems, Scenario};
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-/// No scenario is larger: a device or a wrong file must not fill the memory.
-const BYTES_MAX: u64 = 16 << 20;
+/// No scenario is larger: there is room for the largest fleet with all its waypoints. A device or a wrong file must not
+/// fill the memory, and checking a hostile one takes up to a hundred and fifty times its size.
+const BYTES_MAX: u64 = 1 << 20;
 
 /// Reads and validates a scenario.
 ///
@@ -19,17 +21,23 @@ pub fn load(name: &OsStr, overrides: &Overrides) -> Result<Scenario, Failure> {
     scenarios::parse(&shown, &text, overrides).map_err(|problems| failure(&problems))
 }
 
+/// The file that a name means: one with a `/`, one that ends in `.toml`, or one that exists. Any other name is looked up
+/// in the catalog, and `-` is standard input.
+pub fn file_of(name: &OsStr) -> Option<&Path> {
+    let (path, bytes) = (Path::new(name), name.as_encoded_bytes());
+    let is_file = bytes.contains(&b'/') || bytes.ends_with(b".toml") || path.is_file();
+    (is_file && path != Path::new(STANDARD)).then_some(path)
+}
+
 /// The text of a scenario, and the name to call it by.
-///
-/// A name with a `/`, one that ends in `.toml`, and the name of an existing file mean that file; any other name is
-/// looked up in the catalog.
 ///
 /// # Errors
 /// Exit code 2: it is not there, or cannot be read.
 pub fn read(name: &OsStr) -> Result<(String, String), Failure> {
-    let (path, shown) = (Path::new(name), name.to_string_lossy().into_owned());
-    let looks_like_a_file = shown.contains('/') || shown.ends_with(".toml") || path.is_file();
-    if !looks_like_a_file {
+    let path = file_of(name);
+    let standard = name == OsStr::new(STANDARD);
+    let shown = if standard { "stdin".to_owned() } else { name.to_string_lossy().into_owned() };
+    if path.is_none() && !standard {
         return match scenarios::find_catalog(&shown) {
             Ok(entry) => Ok((entry.name.to_owned(), entry.text.to_owned())),
             Err(unknown) => Err(Failure::usage(unknown.to_string())
@@ -37,7 +45,12 @@ pub fn read(name: &OsStr) -> Result<(String, String), Failure> {
                 .hint("a file is named with its path, as in `./my.toml`")),
         };
     }
-    let bytes = read_bounded(path).map_err(|error| {
+    let bytes = match path {
+        #[expect(clippy::disallowed_methods, reason = "the command line reads the scenario")]
+        Some(path) => File::open(path).and_then(read_bounded),
+        None => read_bounded(io::stdin().lock()),
+    };
+    let bytes = bytes.map_err(|error| {
         let (cause, hint) = match error.kind() {
             ErrorKind::NotFound => ("there is no such file".to_owned(), "`shoal validate` lists the catalog"),
             ErrorKind::IsADirectory => ("it is a directory".to_owned(), "name a file in it"),
@@ -54,10 +67,9 @@ pub fn read(name: &OsStr) -> Result<(String, String), Failure> {
     Ok((shown, text))
 }
 
-fn read_bounded(path: &Path) -> io::Result<Vec<u8>> {
+fn read_bounded(from: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    #[expect(clippy::disallowed_methods, reason = "the command line reads the scenario")]
-    File::open(path)?.take(BYTES_MAX + 1).read_to_end(&mut bytes)?;
+    from.take(BYTES_MAX + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > BYTES_MAX { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
 }
 
@@ -102,7 +114,7 @@ mod tests {
         check(OsStr::new("no/such.toml"), "scenario `no/such.toml`: there is no such file");
         check(OsStr::new("such.toml"), "scenario `such.toml`: there is no such file");
         check(folder.path().as_os_str(), "it is a directory");
-        check(OsStr::new("/dev/zero"), "it is larger than 16 MiB");
+        check(OsStr::new("/dev/zero"), "it is larger than 1 MiB");
         check(&file("bytes.toml", b"name = \"\xff\""), "byte 8 is not UTF-8");
         check(&file("empty.toml", b""), "empty.toml`: ");
         check(OsStr::new("demo-16"), "unknown scenario `demo-16`");

@@ -182,10 +182,10 @@ fn files_that_are_none() {
 
 /// Some files are worse than wrong: they are answered in a moment, and in a page.
 #[test]
-fn a_hundred_thousand_robots_are_refused_in_a_page() {
+fn tens_of_thousands_of_robots_are_refused_in_a_page() {
     let here = Here::new();
     let mut text = String::new();
-    for i in 0..100_000 {
+    for i in 0..12_000 {
         writeln!(text, "[[robot]]\nid = \"r{i}\"\nstart_m = [{i}, 0]\ngoal_m = [{i}, 5]").unwrap();
     }
     let ended = here.file("huge.toml", text).shoal("run huge.toml");

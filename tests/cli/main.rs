@@ -4,6 +4,7 @@
 #![expect(clippy::disallowed_methods, reason = "these tests write scenarios for the executable to read")]
 
 mod errors;
+mod files;
 mod help;
 mod output;
 mod support;

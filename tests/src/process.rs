@@ -66,6 +66,12 @@ impl Run {
         self
     }
 
+    /// Its standard input comes from there.
+    pub fn stdin(mut self, from: impl Into<Stdio>) -> Run {
+        self.command.stdin(from);
+        self
+    }
+
     /// Starts it.
     ///
     /// # Panics

@@ -15,6 +15,7 @@
 //! shortest    the path one could take     journal     log and notices
 //! shell       the process                 recorder    everything into a file
 //! outcome_file  what the process leaves
+//! whole_file  a file, whole or not at all
 //! ```
 
 mod arm;
@@ -34,6 +35,7 @@ mod shapes;
 pub mod shell;
 mod shortest;
 mod smoothness;
+pub mod whole_file;
 mod world;
 
 pub use world::{Opening, ROBOT_GONE, TOO_MANY_GOALS, World};

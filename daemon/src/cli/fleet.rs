@@ -57,7 +57,7 @@ pub struct LatencyArgs {
     /// Draw a histogram
     #[arg(long)]
     pub histogram: bool,
-    /// Draw the histogram into this file
+    /// Draw the histogram into this file; `-` is standard output, instead of the figures
     #[arg(long, value_name = "FILE.svg")]
     pub svg: Option<PathBuf>,
     /// How to print

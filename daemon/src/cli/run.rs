@@ -17,7 +17,8 @@ Examples:
   shoal run my.toml --format json > report.json
 
 SCENARIO is a file if it has a `/`, ends in .toml, or is a file that exists
-here; else it is a name from the catalog (`shoal validate` lists them).
+here; `-` is standard input; else it is a name from the catalog (`shoal
+validate` lists them).
 
 The report goes to standard output, progress to standard error. The first Ctrl-C
 ends the run and reports what there is, the second ends it at once.")]
@@ -46,7 +47,7 @@ pub struct RunArgs {
     /// Set any key of the scenario, as in clock.tick_hz=100; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Write the report to this file as JSON
+    /// Write the report to this file as JSON; `-` is standard output, instead of the text
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// Record every tick in this file, for `shoal plot`

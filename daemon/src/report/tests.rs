@@ -472,6 +472,7 @@ mod files {
     use super::super::sink::ReportFile;
     use super::*;
     use crate::exit;
+    use crate::file::Files;
     use std::path::Path;
 
     fn names(folder: &Path) -> Vec<String> {
@@ -485,7 +486,7 @@ mod files {
     fn a_report_is_written_whole_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("out.json");
-        let file = ReportFile::prepare(&path).unwrap();
+        let file = ReportFile::prepare(&path, &mut Files::new()).unwrap();
         assert!(names(folder.path()).is_empty(), "checking leaves nothing behind");
         file.write(&assemble(single())).unwrap();
         file.write(&assemble(lockstep())).unwrap();
@@ -499,7 +500,7 @@ mod files {
     fn what_cannot_be_written_is_said_before_the_run() {
         let folder = tempfile::tempdir().unwrap();
         let check = |path: &Path, cause: &str| {
-            let failure = ReportFile::prepare(path).unwrap_err();
+            let failure = ReportFile::prepare(path, &mut Files::new()).unwrap_err();
             assert_eq!(failure.code, exit::ENVIRONMENT);
             let text = failure.to_string();
             assert!(text.contains(cause) && text.contains("hint: "), "{text}");
@@ -512,7 +513,7 @@ mod files {
 
     #[test]
     fn a_device_is_written_to_and_not_replaced() {
-        let file = ReportFile::prepare(Path::new("/dev/null")).unwrap();
+        let file = ReportFile::prepare(Path::new("/dev/null"), &mut Files::new()).unwrap();
         file.write(&assemble(single())).unwrap();
         assert!(!std::fs::metadata("/dev/null").unwrap().is_file());
     }

@@ -6,7 +6,7 @@ mod histogram;
 use super::fleet;
 use crate::cli::{Format, LatencyArgs, MetricArg};
 use crate::exit::Failure;
-use crate::file::OutFile;
+use crate::file::{Files, STANDARD};
 use crate::measured::{self, seat_of};
 use crate::report::text::{blame_words, latency_lines, mode_name, percentile_cells, percentile_columns};
 use crate::report::{Column, LatencyFacts, LoopLatency, Page, Percentiles, judge, table};
@@ -19,6 +19,7 @@ use scenarios::{Mode, Scenario};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// What can be seen of a fleet at one moment.
 struct Look {
@@ -47,7 +48,9 @@ struct Pair {
 /// With exit code 3 when no fleet is running or a picture cannot be written, with 2 when the fleet must be named, or a
 /// robot is not known.
 pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
-    let svg = options.svg.as_deref().map(|path| OutFile::prepare("picture", "--svg", path)).transpose()?;
+    let alone = options.svg.as_deref() == Some(Path::new(STANDARD));
+    let svg = options.svg.as_deref().filter(|_| !alone);
+    let svg = svg.map(|path| Files::new().write("picture", "--svg", path)).transpose()?;
     let address = fleet::choose(&options.fleet)?;
     let look = look(&address)
         .and_then(|look| look.only(&options.robots))
@@ -58,11 +61,10 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
         true => word_of(metric).to_owned(),
         false => format!("{} of {}", word_of(metric), options.robots.join(", ")),
     };
-    if let Some(file) = svg {
-        let title = format!("{}, fleet {}: {subject}, {} values", look.scenario, look.fleet, spread.n());
-        file.write(picture::histogram::draw(&title, "us, from", &spread.bars()).as_bytes())?;
-    }
-    match options.format {
+    let title = format!("{}, fleet {}: {subject}, {} values", look.scenario, look.fleet, spread.n());
+    let draw = || picture::histogram::draw(&title, "us, from", &spread.bars());
+    let printed = match options.format {
+        _ if alone => out::data(&draw()),
         Format::Json => {
             let mut value = look.json();
             if options.pairs {
@@ -71,7 +73,7 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
             if options.histogram {
                 value["histogram"] = json!({ "metric": field_of(metric), "n": spread.n(), "bins": spread.json() });
             }
-            out::json(&value)
+            out::measured(&value)
         }
         Format::Text => {
             let mut page = Page::new(out::stdout_width());
@@ -86,7 +88,8 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
             }
             out::data(&page.into_text())
         }
-    }
+    };
+    Failure::first_of([printed, svg.map_or(Ok(()), |file| file.write(draw().as_bytes()))])
 }
 
 fn ended(address: &Address) -> Failure {

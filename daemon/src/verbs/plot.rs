@@ -2,12 +2,13 @@
 
 use crate::cli::PlotArgs;
 use crate::exit::Failure;
-use crate::file::OutFile;
+use crate::file::{Files, STANDARD};
 use crate::picture::{run, scene::Scene};
 use crate::record;
 use crate::report::{Report, SCHEMA};
 use crate::{out, source};
 use protocol::record::Record;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// No file that is looked into for a report is larger.
@@ -19,11 +20,14 @@ const REPORT_BYTES_MAX: u64 = 64 << 20;
 /// With exit code 2, when there is nothing to draw; with 3, when the picture cannot be written.
 pub fn plot(options: &PlotArgs) -> Result<(), Failure> {
     let (path, record) = find(&options.file)?;
-    if options.out.as_deref() == Some(Path::new("-")) {
+    if options.out.as_deref() == Some(Path::new(STANDARD)) {
         return out::data(&run::draw(&Scene::of(&record)));
     }
     let target = options.out.clone().unwrap_or_else(|| path.with_extension("svg"));
-    let file = OutFile::prepare("picture", "--out", &target)?;
+    let mut files = Files::new();
+    files.read("what is drawn", &options.file);
+    files.read("the record", &path);
+    let file = files.write("picture", "--out", &target)?;
     file.write(run::draw(&Scene::of(&record)).as_bytes())?;
     out::data(&format!("{}\n", target.display()))
 }
@@ -33,6 +37,9 @@ fn find(named: &Path) -> Result<(PathBuf, Record), Failure> {
     let Some(report) = report_in(named) else {
         return record::read(named).map(|record| (named.to_path_buf(), record)).map_err(|failure| {
             let shown = named.display().to_string();
+            if named == Path::new(STANDARD) {
+                return failure.hint("records are read from files; one called `-` is `./-`");
+            }
             let is_scenario = source::load(named.as_os_str(), &scenarios::Overrides::default()).is_ok();
             if shown.ends_with(".toml") && named.exists() || is_scenario {
                 return failure.hint(format!("a scenario is run first: `shoal run {shown} --record out.rec`"));
@@ -65,10 +72,13 @@ fn report_in(path: &Path) -> Option<Report> {
         return None;
     }
     #[expect(clippy::disallowed_methods, reason = "the command line reads what it was given")]
-    let bytes = std::fs::read(path).ok()?;
+    let mut file = std::fs::File::open(path).ok()?;
     // Most files are records: not worth a search for JSON.
-    if Record::is_begun_by(&bytes) {
+    let mut bytes = Vec::new();
+    file.by_ref().take(64).read_to_end(&mut bytes).ok()?;
+    if bytes.trim_ascii_start().first() != Some(&b'{') {
         return None;
     }
+    file.take(REPORT_BYTES_MAX).read_to_end(&mut bytes).ok()?;
     serde_json::from_slice::<Report>(&bytes).ok().filter(|report| report.schema == SCHEMA)
 }

@@ -5,7 +5,7 @@ mod text;
 
 use crate::cli::{Format, ReproduceArgs};
 use crate::exit::{self, Failure};
-use crate::file::OutFile;
+use crate::file::{Files, STANDARD};
 use crate::out;
 use crate::picture::series;
 use crate::progress::Live;
@@ -56,7 +56,7 @@ pub fn run(options: &ReproduceArgs) -> Result<i32, Failure> {
         interrupted: false,
         exit_code: exit::OK,
     };
-    let mut failed = None;
+    let (mut failed, mut unwritten) = (None, None);
     for paper in papers {
         let mut live = Live::new();
         let compared = compare(paper, options.runs, &mut live, &interrupted);
@@ -67,16 +67,21 @@ pub fn run(options: &ReproduceArgs) -> Result<i32, Failure> {
         }
         document.rows.extend(compared.rows);
         failed = compared.failure;
-        if let (Some(folder), false, None) = (&folder, interrupted.yes(), &failed) {
+        if let (Some(folder), false, None, None) = (&folder, interrupted.yes(), &failed, &unwritten) {
             live.say(&format!("{}: figures", paper.name));
             for series in (paper.series)().iter().chain(&compared.series) {
-                document.figures.extend(folder.write(series)?);
+                match folder.write(series) {
+                    Ok(names) => document.figures.extend(names),
+                    // The rows are worth more than the figures: the comparison goes on.
+                    Err(failure) => unwritten = unwritten.or(Some(failure)),
+                }
             }
         }
         if interrupted.yes() || failed.is_some() {
             break;
         }
     }
+    let failed = failed.or(unwritten);
     document.interrupted = interrupted.yes();
     document.exit_code = match (&failed, document.interrupted, document.rows.iter().all(|row| row.ok)) {
         (_, true, _) => exit::INTERRUPTED,
@@ -151,11 +156,15 @@ struct Folder(PathBuf);
 impl Folder {
     /// Makes it, and checks that files can be made in it.
     fn prepare(path: &Path) -> Result<Folder, Failure> {
+        if path == Path::new(STANDARD) {
+            return Err(Failure::usage("figures `-`: they are several files and cannot go to standard output")
+                .hint("give --out a directory; one called `-` is `./-`"));
+        }
         std::fs::create_dir_all(path).map_err(|error| {
             Failure::environment(format!("figures `{}`: cannot make the directory: {error}", path.display()))
                 .hint("give --out a directory that you may write to")
         })?;
-        OutFile::prepare("figure", "--out", &path.join("figure.svg"))?;
+        Files::new().write("figure", "--out", &path.join("figure.svg"))?;
         Ok(Folder(path.to_path_buf()))
     }
 
@@ -164,7 +173,7 @@ impl Folder {
         let files = [("csv", series::csv(figure)), ("svg", series::draw(figure))];
         for (ending, text) in &files {
             let path = self.0.join(format!("{}.{ending}", figure.name));
-            OutFile::prepare("figure", "--out", &path)?.write(text.as_bytes())?;
+            Files::new().write("figure", "--out", &path)?.write(text.as_bytes())?;
         }
         Ok(files.map(|(ending, _)| format!("{}.{ending}", figure.name)))
     }

@@ -73,8 +73,8 @@ pub fn run(options: &ValidateArgs) -> Result<i32, Failure> {
 
 fn check(name: &OsStr) -> Entry {
     let file = name.to_string_lossy().into_owned();
-    let text = match source::read(name) {
-        Ok((_, text)) => text,
+    let (file, text) = match source::read(name) {
+        Ok(read) => read,
         Err(failure) => return unreadable(file, failure),
     };
     match scenarios::parse(&file, &text, &Overrides::default()) {
