@@ -2,7 +2,7 @@
 //! has the world writes it: this process in `single`, else the world's.
 
 use crate::exit::Failure;
-use crate::file::OutFile;
+use crate::file::Files;
 use protocol::record::{Record, RecordError};
 use protocol::world_to_daemon::Outcome;
 use scenarios::Scenario;
@@ -17,9 +17,9 @@ impl RecordPlace {
     /// Checks that a record can be written there. Leaves nothing behind.
     ///
     /// # Errors
-    /// With exit code 3, when it cannot.
-    pub fn prepare(named: &Path) -> Result<RecordPlace, Failure> {
-        OutFile::prepare("record", "--record", named)?.into_path().map(RecordPlace)
+    /// With exit code 3, when it cannot; with 2, when the command uses the file for something else.
+    pub fn prepare(named: &Path, files: &mut Files) -> Result<RecordPlace, Failure> {
+        files.write("record", "--record", named)?.into_path().map(RecordPlace)
     }
 
     /// Where it will be.
@@ -53,19 +53,27 @@ impl RecordPlace {
 /// Reads a record.
 ///
 /// # Errors
-/// With exit code 2, when there is no such file, or it is no record.
+/// With exit code 2, when there is no such file, or it is not a record.
 pub fn read(path: &Path) -> Result<Record, Failure> {
     let shown = path.display();
-    #[expect(clippy::disallowed_methods, reason = "the command line reads what it was given")]
-    let bytes = std::fs::read(path).map_err(|error| {
-        Failure::usage(format!("record `{shown}`: cannot read: {error}")).hint("`shoal run --record FILE` writes one")
-    })?;
-    Record::read(bytes).map_err(|error| {
+    let refused = |error: RecordError| {
         let hint = match error {
-            RecordError::Foreign => "`shoal run --record FILE` writes what this verb reads",
+            RecordError::Foreign | RecordError::Io(_) => "`shoal run --record FILE` writes what this verb reads",
             RecordError::Truncated | RecordError::Damaged => "was it copied in full? else record the run again",
-            RecordError::Version(_) | RecordError::Codec(_) => "record the run again with this shoal",
+            RecordError::TooLarge => "record a shorter run, with `--duration`",
+            RecordError::Version(_) | RecordError::Codec(_) | RecordError::Impossible => {
+                "record the run again with this shoal"
+            }
         };
         Failure::usage(format!("record `{shown}`: {error}")).hint(hint)
-    })
+    };
+    let meta = std::fs::metadata(path).map_err(|error| refused(error.into()))?;
+    if !meta.is_file() {
+        let kind = if meta.is_dir() { "a directory" } else { "a device or a pipe" };
+        return Err(Failure::usage(format!("record `{shown}`: it is {kind}, not a file"))
+            .hint("`shoal run --record FILE` writes what this verb reads"));
+    }
+    #[expect(clippy::disallowed_methods, reason = "the command line reads what it was given")]
+    let file = std::fs::File::open(path).map_err(|error| refused(error.into()))?;
+    Record::read_from(file).map_err(refused)
 }

@@ -17,8 +17,9 @@
 use crate::codec::{self, CodecError};
 use crate::world_to_daemon::Outcome;
 use crate::world_to_observer::FrameBody;
-use scenarios::{Robot, Scenario};
+use scenarios::{MAX_ROBOTS, MAX_SHAPES, Robot, Scenario};
 use serde::{Deserialize, Serialize};
+use std::io::{self, Read, Seek, SeekFrom};
 
 /// How every record begins.
 pub const MAGIC: &[u8; 8] = b"SHOALREC";
@@ -35,6 +36,8 @@ const PREAMBLE: usize = 8 + 4 + 8;
 const TAIL: usize = 8 + 8;
 /// Numbers of a body: see the format.
 const FIELDS: usize = 7;
+/// No larger record is read, bytes: one is read into memory as a whole.
+pub const LENGTH_MAX: u64 = 2 << 30;
 
 /// What a record begins with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -191,7 +194,7 @@ impl Encoder {
     }
 }
 
-/// Why bytes are no record.
+/// Why bytes are not a record.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// They are something else.
@@ -200,12 +203,21 @@ pub enum RecordError {
     /// They are a record of another version.
     #[error("it is a record of format version {0}, and this shoal reads version {VERSION}")]
     Version(u32),
+    /// It is larger than [`LENGTH_MAX`].
+    #[error("it is larger than {} GiB", LENGTH_MAX >> 30)]
+    TooLarge,
     /// The end is missing.
     #[error("it is cut off: a record has an end, and this one ends in the middle")]
     Truncated,
     /// Something in it was changed.
     #[error("it is damaged: its checksum does not fit")]
     Damaged,
+    /// The checksum fits, but the content does not.
+    #[error("it holds what no run writes")]
+    Impossible,
+    /// It cannot be read at all.
+    #[error("cannot read: {0}")]
+    Io(#[from] io::Error),
     /// Its parts are not what this binary writes.
     #[error("it is a record that another build of shoal wrote: {0}")]
     Codec(#[from] CodecError),
@@ -227,24 +239,50 @@ impl Record {
         bytes.starts_with(MAGIC)
     }
 
-    /// Reads a record. Its frames are checked here, and decoded when they are asked for.
+    /// Reads a record from a file. Anything else is refused after a look at its beginning and its end, before it is read
+    /// into memory.
+    ///
+    /// # Errors
+    /// See [`RecordError`].
+    pub fn read_from(mut file: impl Read + Seek) -> Result<Record, RecordError> {
+        let mut bytes = Vec::new();
+        file.by_ref().take(PREAMBLE as u64).read_to_end(&mut bytes)?;
+        Record::check_beginning(&bytes)?;
+        let length = file.seek(SeekFrom::End(0))?;
+        if length > LENGTH_MAX {
+            return Err(RecordError::TooLarge);
+        }
+        let mut end = [0; MAGIC_END.len()];
+        file.seek(SeekFrom::Start(length.saturating_sub(end.len() as u64)))?;
+        file.read_exact(&mut end)?;
+        if end != *MAGIC_END {
+            return Err(RecordError::Truncated);
+        }
+        bytes.clear();
+        bytes.try_reserve_exact(length as usize + 1).map_err(|_| RecordError::Io(io::ErrorKind::OutOfMemory.into()))?;
+        file.seek(SeekFrom::Start(0))?;
+        file.take(length).read_to_end(&mut bytes)?;
+        Record::read(bytes)
+    }
+
+    /// Refuses what does not begin as a record of this version does.
+    fn check_beginning(bytes: &[u8]) -> Result<(), RecordError> {
+        if !Record::is_begun_by(bytes) {
+            let begun = MAGIC.starts_with(bytes) && !bytes.is_empty();
+            return Err(if begun { RecordError::Truncated } else { RecordError::Foreign });
+        }
+        let version = bytes.get(8..12).ok_or(RecordError::Truncated)?;
+        let version = u32::from_le_bytes(version.try_into().map_err(|_| RecordError::Truncated)?);
+        if version == VERSION { Ok(()) } else { Err(RecordError::Version(version)) }
+    }
+
+    /// Reads a record from memory. Its frames are checked here, and decoded when they are asked for.
     ///
     /// # Errors
     /// See [`RecordError`].
     pub fn read(mut bytes: Vec<u8>) -> Result<Record, RecordError> {
-        if !Record::is_begun_by(&bytes) {
-            return Err(if MAGIC.starts_with(&bytes) && !bytes.is_empty() {
-                RecordError::Truncated
-            } else {
-                RecordError::Foreign
-            });
-        }
+        Record::check_beginning(&bytes)?;
         let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?));
-        let version = bytes.get(8..12).ok_or(RecordError::Truncated)?;
-        let version = u32::from_le_bytes(version.try_into().map_err(|_| RecordError::Truncated)?);
-        if version != VERSION {
-            return Err(RecordError::Version(version));
-        }
         if bytes.len() < PREAMBLE + TAIL || !bytes.ends_with(MAGIC_END) {
             return Err(RecordError::Truncated);
         }
@@ -252,14 +290,17 @@ impl Record {
         if number(body) != Some(fnv(FNV_BASIS, &bytes[..body])) {
             return Err(RecordError::Damaged);
         }
-        // From here on the bytes are as they were written.
+        // From here on the bytes are as they were written, by whoever it was.
         let begin = number(12).and_then(|length| PREAMBLE.checked_add(usize::try_from(length).ok()?));
-        let begin = begin.filter(|begin| *begin <= body).ok_or(RecordError::Damaged)?;
+        let begin = begin.filter(|begin| *begin <= body).ok_or(RecordError::Impossible)?;
         let header: Header = codec::decode(&bytes[PREAMBLE..begin])?;
         let mut frames = Frames::new(&bytes[begin..body]);
-        while frames.advance().ok_or(RecordError::Damaged)? {}
+        while frames.advance().ok_or(RecordError::Impossible)? {}
         let end = begin + frames.at;
-        let ending = codec::decode(bytes.get(end + 8..body).ok_or(RecordError::Damaged)?)?;
+        let ending: Ending = codec::decode(bytes.get(end + 8..body).ok_or(RecordError::Impossible)?)?;
+        if header.scenario.robots.len() + ending.added.len() > MAX_ROBOTS {
+            return Err(RecordError::Impossible);
+        }
         bytes.truncate(end);
         bytes.drain(..begin);
         Ok(Record { header, ending, frames: bytes })
@@ -308,8 +349,8 @@ impl<'a> Frames<'a> {
         }
         self.tick = self.tick.checked_add(self.varint()?)?;
         self.bodies.clear();
-        for _ in 0..self.varint()? {
-            let name = self.varint().filter(|name| *name < 1 << 20)?;
+        for _ in 0..self.varint().filter(|count| *count <= (MAX_ROBOTS + MAX_SHAPES) as u64)? {
+            let name = self.varint().filter(|name| *name < 2 * MAX_ROBOTS.max(MAX_SHAPES) as u64)?;
             let mask = self.byte()?;
             let track = *self.tracks.of(name);
             let flags = if mask & 1 != 0 { self.byte()?.into() } else { track.flags };
@@ -318,6 +359,9 @@ impl<'a> Frames<'a> {
                 if mask >> (i + 1) & 1 != 0 {
                     *field = f64::from_bits(field.to_bits() ^ self.varint()?);
                 }
+            }
+            if !fields.iter().all(|field| field.is_finite()) {
+                return None;
             }
             self.tracks.of(name).follow(flags, fields);
             self.bodies.push(Body { index: (name / 2) as u32, flags, ..Body::default() }.with_fields(fields));
@@ -418,12 +462,60 @@ mod tests {
         assert_eq!(bytes.len() - before, 100 * (3 + 2));
     }
 
+    /// A file of any length that holds these bytes at its ends and nothing between, and counts what is read of it.
+    struct Sparse {
+        begin: Vec<u8>,
+        end: Vec<u8>,
+        length: u64,
+        at: u64,
+        read: u64,
+    }
+
+    impl Read for Sparse {
+        fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+            let count = (self.length - self.at).min(into.len() as u64) as usize;
+            for byte in &mut into[..count] {
+                let from_end = self.at + self.end.len() as u64;
+                let held = if from_end >= self.length { self.end.get((from_end - self.length) as usize) } else { None };
+                *byte = held.or(self.begin.get(self.at as usize)).copied().unwrap_or(0);
+                self.at += 1;
+            }
+            self.read += count as u64;
+            Ok(count)
+        }
+    }
+
+    impl Seek for Sparse {
+        fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+            self.at = match to {
+                SeekFrom::Start(at) => at,
+                SeekFrom::End(by) => self.length.saturating_add_signed(by),
+                SeekFrom::Current(by) => self.at.saturating_add_signed(by),
+            };
+            Ok(self.at)
+        }
+    }
+
+    #[test]
+    fn a_large_file_that_is_not_a_record_is_refused_by_its_ends() {
+        let whole = record();
+        let check = |begin: &[u8], end: &[u8], length: u64, expected: &str| {
+            let mut file = Sparse { begin: begin.to_vec(), end: end.to_vec(), length, at: 0, read: 0 };
+            let error = Record::read_from(&mut file).unwrap_err().to_string();
+            assert!(error.contains(expected) && file.read <= 64, "{expected}: {error}, {} bytes read", file.read);
+        };
+        check(&[], &[], 20 << 30, "not a record");
+        check(&whole[..4096], &[], 1 << 30, "cut off");
+        check(&whole[..4096], MAGIC_END, 20 << 30, "larger than 2 GiB");
+    }
+
     #[test]
     fn what_is_not_a_whole_record_is_refused() {
         let whole = record();
         let check = |bytes: &[u8], expected: &str| {
+            let from_file = Record::read_from(io::Cursor::new(bytes)).unwrap_err().to_string();
             let error = Record::read(bytes.to_vec()).unwrap_err().to_string();
-            assert!(error.contains(expected), "{expected}: {error}");
+            assert!(error.contains(expected) && from_file == error, "{expected}: {error}, {from_file}");
         };
         check(b"", "not a record");
         check(b"{ \"schema\": \"shoal.report/1\" }", "not a record");
@@ -435,6 +527,7 @@ mod tests {
             bytes[at] ^= 4;
             bytes
         };
+        check(&[MAGIC.as_slice(), &[0; 64]].concat(), "version 0");
         check(&changed(8), &format!("version {}", VERSION ^ 4));
         for at in [12, 40, whole.len() / 2, whole.len() - 9] {
             check(&changed(at), "damaged");

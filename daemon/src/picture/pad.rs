@@ -95,7 +95,9 @@ impl Pad<'_> {
     /// A line of dots and gaps of these lengths, px.
     pub(super) fn dashes(&self, points: &[[f64; 2]], color: Color, width: f64, [on, off]: [f64; 2]) {
         let (mut dash, mut drawn, mut left) = (Vec::new(), true, on);
-        for leg in points.windows(2) {
+        // What is far from the paper is not dashed: it would take forever.
+        let on_paper = |p: &[f64; 2]| p.iter().all(|x| x.abs() < 1e5);
+        for leg in points.windows(2).filter(|leg| leg.iter().all(on_paper)) {
             let (mut from, to) = (leg[0], leg[1]);
             loop {
                 let length = (to[0] - from[0]).hypot(to[1] - from[1]);

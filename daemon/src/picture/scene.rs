@@ -14,6 +14,9 @@ const POSES: usize = 9;
 /// So many contacts are marked; a jam can have thousands.
 pub(super) const CONTACTS_MAX: usize = 400;
 
+/// More points of one course are not kept.
+const POINTS_MAX: usize = 1 << 16;
+
 /// A run as a picture shows it. Lengths in m.
 #[derive(Debug)]
 pub struct Scene {
@@ -62,15 +65,27 @@ struct Gathered {
     joints: Vec<[f64; 2]>,
 }
 
+/// Adds a point to a course. A long one loses those that make no difference, or else every second one, so that a run of
+/// any length takes bounded memory.
+fn push(course: &mut Vec<[f64; 2]>, point: [f64; 2], tolerance: f64) {
+    if course.len() >= POINTS_MAX {
+        *course = thin(course, tolerance);
+        if course.len() > POINTS_MAX / 2 {
+            *course = course.iter().copied().step_by(2).collect();
+        }
+    }
+    course.push(point);
+}
+
 impl Gathered {
     fn see(&mut self, body: &Body, step: f64) {
         let far = |a: [f64; 2], b: [f64; 2], step: f64| (a[0] - b[0]).hypot(a[1] - b[1]) > step;
         if self.course.last().is_none_or(|last| far(*last, body.position_m, step)) {
-            self.course.push(body.position_m);
+            push(&mut self.course, body.position_m, 4.0 * step);
         }
         self.last = body.position_m;
         if !body.is_obstacle() && self.goals.last().is_none_or(|last| far(*last, body.goal_m, step)) {
-            self.goals.push(body.goal_m);
+            push(&mut self.goals, body.goal_m, 4.0 * step);
         }
     }
 
@@ -104,7 +119,7 @@ impl Scene {
                 if body.flags & FrameBody::FLAG_OBSTACLE == 0
                     && record.robot(body.index).is_some_and(|r| r.arm.is_some())
                 {
-                    gathered.joints.push(body.joints_rad);
+                    push(&mut gathered.joints, body.joints_rad, 1e-3);
                 }
             }
             let at =

@@ -1,7 +1,11 @@
 //! Fewer points for the same line.
 
+/// Looks at a point, on the average: about the logarithm of the number of points is usual.
+const WORK_PER_POINT: usize = 256;
+
 /// The line without the points that one does not miss: none of them is farther from what is left than `tolerance`
-/// (Ramer, Douglas and Peucker). The ends stay.
+/// (Ramer, Douglas and Peucker). The ends stay. A line that would take far more work than usual keeps points that it does
+/// not need.
 pub(super) fn thin(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     if points.len() < 3 {
         return points.to_vec();
@@ -10,7 +14,13 @@ pub(super) fn thin(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     let last = points.len() - 1;
     (kept[0], kept[last]) = (true, true);
     let mut parts = vec![(0, last)];
+    let mut work_left = WORK_PER_POINT * points.len();
     while let Some((from, to)) = parts.pop() {
+        let Some(left) = work_left.checked_sub(to - from) else {
+            kept[from..to].fill(true);
+            continue;
+        };
+        work_left = left;
         let (mut worst, mut distance_max) = (from, tolerance);
         for (i, point) in points.iter().enumerate().take(to).skip(from + 1) {
             let distance = distance(*point, points[from], points[to]);

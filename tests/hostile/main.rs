@@ -1,0 +1,9 @@
+//! Files that were made to do harm: each is refused or read, and the memory for it is bounded by its size.
+//!
+//! A file that took forever would show as a test that does not end.
+#![expect(clippy::disallowed_methods, reason = "these tests write files for shoal to read")]
+
+#[path = "../counting.rs"]
+mod counting;
+mod records;
+mod scenarios;

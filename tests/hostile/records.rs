@@ -1,0 +1,93 @@
+//! Records whose content was changed and whose checksum fits all the same.
+
+use crate::counting::peak_of;
+use protocol::record::{MAGIC_END, Record};
+use scenarios::{Overrides, Scenario};
+use shoal::picture::{run::draw, scene::Scene};
+use std::ops::ControlFlow;
+use world_sim::recorder::Recorder;
+
+/// A mutant of a few kilobytes may take this much, bytes: mostly for its picture.
+const PEAK_MAX: usize = 24 << 20;
+
+/// Numbers that repeat.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, bound: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % bound as u64) as usize
+    }
+}
+
+fn scenario(name: &str, duration_s: f64) -> Scenario {
+    let entry = ::scenarios::find_catalog(name).expect("it ships with shoal");
+    let overrides = Overrides { duration_s: Some(duration_s), ..Overrides::default() };
+    ::scenarios::parse(entry.name, entry.text, &overrides).expect("it is valid")
+}
+
+fn record(scenario: &Scenario) -> Vec<u8> {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let path = folder.path().join("run.rec");
+    let mut recorder = Recorder::begin(&path, scenario).expect("a file");
+    let outcome =
+        shoal::single::run_shown(scenario, &mut |world| recorder.frame(world), &mut |_, _| ControlFlow::Continue(()));
+    recorder.finish(&outcome.expect("it runs")).expect("a record");
+    std::fs::read(path).expect("the record")
+}
+
+fn repair(bytes: &mut Vec<u8>) {
+    let body = bytes.len().saturating_sub(16);
+    bytes.truncate(body);
+    let hash = bytes
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3));
+    bytes.extend(hash.to_le_bytes());
+    bytes.extend(MAGIC_END);
+}
+
+/// One to four changes behind the version.
+fn mutant(whole: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut bytes = whole.to_vec();
+    for _ in 0..=random.below(4) {
+        let at = 12 + random.below(bytes.len() - 28);
+        match random.below(6) {
+            0 => bytes[at] ^= 1 << random.below(8),
+            1 => bytes[at] = random.below(256) as u8,
+            2 => bytes[at] = 0xff,
+            3 => {
+                let until = (at + 1 + random.below(12)).min(bytes.len() - 16);
+                bytes[at..until].fill([0xff, 0x00, 0x7f][random.below(3)]);
+            }
+            4 => drop(bytes.drain(at..(at + 1 + random.below(16)).min(bytes.len() - 16))),
+            _ => {
+                let again = bytes[at..(at + 1 + random.below(200)).min(bytes.len() - 16)].to_vec();
+                bytes.splice(at..at, again);
+            }
+        }
+    }
+    repair(&mut bytes);
+    bytes
+}
+
+#[test]
+fn mutants_of_records_are_refused_or_drawn_in_bounded_memory() {
+    for name in ["moving-obstacles", "tasks", "arm-1"] {
+        let whole = record(&scenario(name, 0.4));
+        let (drawn, peak) = peak_of(|| Record::read(whole.clone()).map(|record| draw(&Scene::of(&record))));
+        drawn.unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!(peak < PEAK_MAX, "{name}: {peak} bytes");
+        let (mut read, seeds) = (0, 1..=800_u64);
+        for seed in seeds.clone() {
+            let bytes = mutant(&whole, &mut Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+            let length = bytes.len();
+            let (drawn, peak) = peak_of(|| Record::read(bytes).map(|record| draw(&Scene::of(&record))));
+            assert!(peak < PEAK_MAX, "{name}, seed {seed}: {peak} bytes for a record of {length}");
+            read += usize::from(drawn.is_ok());
+        }
+        // Else nothing was tried but refusals.
+        assert!((50..780).contains(&read), "{name}: {read} of {seeds:?} were read");
+    }
+}
