@@ -112,6 +112,11 @@ fn check_one(specs: &[ParamSpec], name: &str, value: &ParamValue) -> Result<(), 
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Below this likeness suggestions start to look arbitrary: `p_q` should find `p_o`, `speed` should not find `xi`.
     const LIKENESS_MIN: f64 = 0.7;
+    // Comparing takes the product of the lengths.
+    const LENGTH_MAX: usize = 100;
+    if word.len() > LENGTH_MAX {
+        return None;
+    }
     known
         .into_iter()
         .map(|candidate| (strsim::jaro_winkler(word, candidate), candidate))

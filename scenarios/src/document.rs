@@ -95,6 +95,9 @@ pub(crate) fn show(number: f64) -> String {
     if number.is_nan() { "nan".to_string() } else { number.to_string() }
 }
 
+/// Each takes a kilobyte to read, however short it is written.
+const INLINE_TABLES_MAX: usize = 20_000;
+
 /// Reads a file's text. A syntax error stands alone.
 pub(crate) fn read(text: &str, report: &mut Report) -> Option<RawTable> {
     if text.trim().is_empty() {
@@ -104,6 +107,12 @@ pub(crate) fn read(text: &str, report: &mut Report) -> Option<RawTable> {
             "the file is empty",
             "a scenario needs at least a [[robot]] with id, start_m and goal_m; `shoal schema` lists all keys",
         );
+        return None;
+    }
+    let tables = text.matches('{').count();
+    if tables > INLINE_TABLES_MAX {
+        let message = format!("has {tables} `{{`, and no scenario has more than {INLINE_TABLES_MAX} inline tables");
+        report.add_hint(Origin::Whole, "", message, "is it a scenario?");
         return None;
     }
     let lines = Lines::new(text);

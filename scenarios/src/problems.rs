@@ -8,6 +8,8 @@ use std::fmt;
 const SHOWN_OF_A_KIND: usize = 5;
 /// So many kinds of problems are told apart.
 const KINDS: usize = 30;
+/// No part of a problem is longer, characters.
+const TEXT_MAX: usize = 2000;
 
 /// Where a value comes from. The order is the order of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -141,7 +143,8 @@ impl Report {
             Origin::Option(index) => (None, self.options.get(index).cloned()),
             Origin::Line(line) => (Some(line), None),
         };
-        Problem { line, option, key: key.to_string(), message, hint }
+        let [option, hint] = [option, hint].map(|text| text.map(|text| cut(&text)));
+        Problem { line, option, key: cut(key), message: cut(&message), hint }
     }
 
     /// The warnings in order of the file, or the problems if there are any.
@@ -187,6 +190,14 @@ impl Collection {
     }
 }
 
+/// A text as it is, or the beginning of one that nobody would read.
+fn cut(text: &str) -> String {
+    match text.char_indices().nth(TEXT_MAX) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_string(),
+    }
+}
+
 /// A message without its names and numbers: what it has in common with others of its kind.
 fn shape(message: &str) -> String {
     let mut quoted = false;
@@ -201,9 +212,15 @@ fn shape(message: &str) -> String {
     shape
 }
 
+/// Longer words are like no name: comparing takes the product of the lengths.
+const NAME_MAX: usize = 100;
+
 /// The candidate that looks most like `word`, if one looks like it at all.
 pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let plain = |word: &str| word.to_lowercase().replace('-', "_");
+    if word.len() > NAME_MAX {
+        return None;
+    }
     let word = plain(word);
     let mut best: Option<(f64, &str)> = None;
     for candidate in candidates {

@@ -1,11 +1,14 @@
 //! Checks a document against the key table: unknown keys, types, bounds, missing keys. What comes out has only
 //! known keys with values of the right type; what depends on more than one value is checked later.
 
-use crate::document::{Raw, RawTable, RawValue, show};
+use crate::document::{Field, Raw, RawTable, RawValue, show};
 use crate::keys::{ANY, Key, LARGE, Preset, Range, Section, Type};
 use crate::node::{Block, Node, Value, join};
 use crate::problems::{Origin, Report, known, nearest};
 use crate::table::ROOT;
+
+/// No table of the format has nearly as many keys, and none of a method's parameters.
+const KEYS_MAX: usize = 200;
 
 /// Walks a whole file.
 pub(crate) fn walk(root: RawTable, report: &mut Report) -> Node {
@@ -15,7 +18,7 @@ pub(crate) fn walk(root: RawTable, report: &mut Report) -> Node {
 fn node(section: &'static Section, path: String, origin: Origin, table: RawTable, report: &mut Report) -> Node {
     let tag = tag(section, &path, origin, &table, report);
     let mut entries = Vec::new();
-    for field in table.0 {
+    for field in bounded(table, &path, origin, report) {
         let path = join(&path, &field.name);
         match section.key(&field.name, tag.word()) {
             Some(key) if key.goes_with(tag.word()) => {
@@ -43,6 +46,16 @@ fn node(section: &'static Section, path: String, origin: Origin, table: RawTable
         }
     }
     Node::new(section, path, origin, tag.word(), entries)
+}
+
+/// The fields of a table. Of one with more keys than anything has, the rest is not looked at.
+fn bounded(table: RawTable, path: &str, origin: Origin, report: &mut Report) -> Vec<Field> {
+    let mut fields = table.0;
+    if fields.len() > KEYS_MAX {
+        report.add(origin, path, format!("has {} keys; only the first {KEYS_MAX} were checked", fields.len()));
+        fields.truncate(KEYS_MAX);
+    }
+    fields
 }
 
 enum Tag {
@@ -167,14 +180,18 @@ fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Valu
         (Type::Numbers(max), RawValue::List(list)) => {
             numbers(list, max, &path, origin, report).map_or(Value::Wrong, Value::Numbers)
         }
-        (Type::Params, RawValue::Table(table)) => Value::Params(Block { path, fields: table.0 }),
+        (Type::Params, RawValue::Table(table)) => {
+            let fields = bounded(table, &path, origin, report);
+            Value::Params(Block { path, fields })
+        }
         (Type::Methods, RawValue::Table(table)) => {
             let mut methods = Vec::new();
-            for field in table.0 {
+            for field in bounded(table, &path, origin, report) {
                 let path = join(&path, &field.name);
                 match field.value.value {
                     RawValue::Table(table) => {
-                        methods.push((field.name, field.origin, Block { path, fields: table.0 }));
+                        let fields = bounded(table, &path, field.origin, report);
+                        methods.push((field.name, field.origin, Block { path, fields }));
                     }
                     other => {
                         let message = format!("expected a table of parameters, found {}", other.describe());
@@ -315,13 +332,19 @@ fn pair(list: Vec<Raw>, range: Range, path: &str, origin: Origin, report: &mut R
     Some([x?, y?])
 }
 
+/// Reports and tables name these beside the robots.
+const RESERVED: [&str; 4] = ["world", "daemon", "guardian", "operator"];
+
 /// Says what is wrong with an id, if anything is.
 pub(crate) fn check_id(id: &str, max: usize) -> Result<(), String> {
     let mut chars = id.chars();
     let first = chars.next().is_some_and(|c| c.is_ascii_lowercase());
     let rest = chars.all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-');
     if first && rest && id.len() <= max {
-        return Ok(());
+        return match RESERVED.contains(&id) {
+            true => Err(format!("`{id}` is the name of a process of shoal itself; a robot needs another one")),
+            false => Ok(()),
+        };
     }
     let shown: String = id.chars().take(max + 8).collect();
     Err(format!(
