@@ -7,6 +7,7 @@
 //! progress, out   what people see meanwhile       coordinator  which process should run: pure
 //! exit            codes and failures              guardian     cleans after a killed daemon
 //! file, record    what people keep                picture      the same as SVG
+//! numbers         how many digits              limits       what containers and users may have
 //! measured        from statistics to latencies    scheduling   processors and classes of the processes
 //! ```
 
@@ -17,7 +18,9 @@ pub mod executables;
 pub mod exit;
 pub mod file;
 pub mod guardian;
+pub mod limits;
 pub mod measured;
+pub mod numbers;
 pub mod out;
 pub mod picture;
 pub mod processes;

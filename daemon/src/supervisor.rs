@@ -105,6 +105,7 @@ pub struct Supervisor {
 pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> Result<Finished, Failure> {
     let executables = Executables::find(&scenario)?;
     crate::scheduling::check(&scenario.processes)?;
+    crate::limits::check(&scenario)?;
     // First of all: whoever ends the run from here on finds somebody who cleans.
     let signals = Signals::install()
         .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;

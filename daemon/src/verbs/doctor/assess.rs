@@ -10,6 +10,9 @@ const FLEETS: [u32; 3] = [15, 64, 200];
 /// Pieces of obstacles that are reckoned with.
 const SHAPE_PIECES: u32 = 64;
 
+const PIDFD_HINT: &str =
+    "fleets run; but processes of a fleet whose daemon and guardian were killed must be ended by hand";
+
 /// Judges what was seen.
 pub fn assess(machine: &Machine) -> Vec<Check> {
     let mut checks = vec![
@@ -44,7 +47,7 @@ pub fn assess(machine: &Machine) -> Vec<Check> {
             machine.processes_left,
             |robots| u64::from(robots) + 8,
             &plain,
-            "raise the limit: `ulimit -u`, or `--pids-limit` of a container",
+            "raise the limit: `ulimit -u`, `--pids-limit` of a container, `TasksMax=` of a unit",
         ),
         fits(
             "memory",
@@ -52,12 +55,12 @@ pub fn assess(machine: &Machine) -> Vec<Check> {
             machine.memory_available,
             |robots| (u64::from(robots) * 4 + 32) << 20,
             &bytes_text,
-            "end what uses it, or run fewer robots",
+            "end what uses it, raise the limit (`--memory` of a container, `MemoryMax=` of a unit), or run fewer robots",
         ),
     ];
     checks.push(cores(machine));
     checks.push(real_time(machine));
-    checks.push(works("pidfd", &machine.pidfd, State::Fail, "a kernel of 5.4 or later is needed", &machine.kernel));
+    checks.push(works("pidfd", &machine.pidfd, State::Warn, PIDFD_HINT, &machine.kernel));
     checks.push(works("futex", &machine.futex, State::Fail, "is the call filtered (seccomp)?", &machine.kernel));
     let hint = "wake-ups come up to 50 us late; is the call filtered (seccomp)?";
     checks.push(works("timer slack", &machine.timer_slack, State::Warn, hint, "can be set to 1 ns"));
@@ -121,16 +124,18 @@ fn works(name: &'static str, tried: &Result<(), String>, otherwise: State, hint:
 }
 
 fn cores(machine: &Machine) -> Check {
-    match machine.cores {
-        1 => Check {
-            name: "processors",
-            status: State::Warn,
-            detail: "1".to_owned(),
-            hint: Some("`realtime` may be starved: watch the verdict, or use `--mode lockstep`".to_owned()),
-        },
-        n if machine.cpus.is_empty() => pass("processors", n.to_string()),
-        n => pass("processors", format!("{n} (of the numbers {})", scheduling::list(&machine.cpus))),
+    let mut detail = machine.cores.to_string();
+    if !machine.cpus.is_empty() && machine.cores > 1 {
+        detail += &format!(" (of the numbers {})", scheduling::list(&machine.cpus));
     }
+    let quota = machine.processors_max.filter(|quota| *quota < machine.cores as f64 + 1.0);
+    if let Some(quota) = quota {
+        detail += &format!(", and the time of {quota:.2} by the cgroup");
+    }
+    let few = machine.cores == 1 || quota.is_some_and(|quota| quota < 2.0);
+    let hint = "`realtime` may be starved: watch the verdict, or use `--mode lockstep`";
+    let status = if few { State::Warn } else { State::Pass };
+    Check { name: "processors", status, detail, hint: few.then(|| hint.to_owned()) }
 }
 
 /// Nothing needs them unless a scenario asks for them: where they are not permitted, nothing is wrong.
@@ -203,6 +208,7 @@ mod tests {
             maps_max: Some(65_530),
             processes_left: Some(30_000),
             memory_available: Some(16 << 30),
+            processors_max: None,
             cores: 8,
             cpus: (0..8).collect(),
             real_time: Ok(99),
@@ -239,9 +245,11 @@ mod tests {
         check(|machine| machine.processes_left = Some(100), "processes", State::Warn);
         check(|machine| machine.memory_available = Some(1 << 20), "memory", State::Fail);
         check(|machine| machine.cores = 1, "processors", State::Warn);
+        check(|machine| machine.processors_max = Some(1.5), "processors", State::Warn);
+        check(|machine| machine.processors_max = Some(4.0), "processors", State::Pass);
         check(|machine| machine.cpus.clear(), "processors", State::Pass);
         check(|machine| machine.real_time = Err("no".into()), "real-time classes", State::Pass);
-        check(|machine| machine.pidfd = Err("no".into()), "pidfd", State::Fail);
+        check(|machine| machine.pidfd = Err("no".into()), "pidfd", State::Warn);
         check(|machine| machine.futex = Err("no".into()), "futex", State::Fail);
         check(|machine| machine.timer_slack = Err("no".into()), "timer slack", State::Warn);
         check(|machine| machine.clock_source = Some("hpet".into()), "clock source", State::Warn);
@@ -254,13 +262,13 @@ mod tests {
     #[test]
     fn the_findings_fit_a_narrow_page() {
         let mut machine = healthy();
-        machine.pidfd = Err("Function not implemented (os error 38)".into());
+        machine.futex = Err("Function not implemented (os error 38)".into());
         for width in [40, 80] {
             let mut page = Page::new(width);
             render(&mut page, &assess(&machine));
             let text = page.into_text();
             assert!(text.lines().all(|line| line.chars().count() <= width), "{text}");
-            assert!(text.contains("FAIL  pidfd") && text.contains("hint: "), "{text}");
+            assert!(text.contains("FAIL  futex") && text.contains("hint: "), "{text}");
         }
     }
 

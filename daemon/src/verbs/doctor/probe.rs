@@ -1,14 +1,14 @@
 //! What a fleet needs to know of the machine, read and tried out.
 #![expect(clippy::disallowed_methods, reason = "the doctor looks at the machine")]
 
-use crate::scheduling;
+use crate::{limits, scheduling};
 use bus::Address;
 use bus::clean::{list_fleets, sweep};
 use rustix::process::{PidfdFlags, Resource, getpid, getrlimit, pidfd_open};
 use rustix::thread::{current_timer_slack, futex, set_current_timer_slack};
 use std::fs;
 use std::num::NonZeroU64;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::AtomicU32;
 
 /// What was seen. A limit of `None` is no limit; a text of `Err` says why something failed.
@@ -24,8 +24,10 @@ pub struct Machine {
     pub maps_max: Option<u64>,
     /// Processes that this user may still start: by `RLIMIT_NPROC`, the cgroup and the kernel.
     pub processes_left: Option<u64>,
-    /// Available memory, bytes.
+    /// Available memory, bytes: of the machine, or what the cgroup leaves of it.
     pub memory_available: Option<u64>,
+    /// Processors' worth of time that the cgroup allows.
+    pub processors_max: Option<f64>,
     /// Processors that this process may use.
     pub cores: usize,
     /// Their numbers, ascending; empty where they are not shown.
@@ -57,14 +59,16 @@ pub fn probe() -> Machine {
         let wanted = fleets.iter().filter(|fleet| fleet.abandoned == abandoned);
         wanted.map(|fleet| fleet.address.id().to_owned()).collect()
     };
+    let groups = limits::Groups::of_this_process();
     let clock = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
     Machine {
         shm_free: shm_free(),
         open_files_max: getrlimit(Resource::Nofile).maximum,
         open_files_left: open_files_left(),
         maps_max: number("/proc/sys/vm/max_map_count"),
-        processes_left: processes_left(),
-        memory_available: memory_available(),
+        processes_left: limits::processes_left(&groups),
+        memory_available: limits::memory_left(&groups),
+        processors_max: groups.processors,
         cores: std::thread::available_parallelism().map_or(1, usize::from),
         cpus: scheduling::processors_of_this_process().unwrap_or_default(),
         real_time: scheduling::real_time_priority_max().map_err(|error| error.to_string()),
@@ -97,58 +101,6 @@ fn open_files_left() -> Option<u64> {
     let (used, _, max) = (words.next()?.ok()?, words.next()?.ok()?, words.next()?.ok()?);
     // Unlimited machines say so with a number beyond counting.
     (max < u64::MAX / 4).then(|| max.saturating_sub(used))
-}
-
-/// The smallest of what the three limits leave; `None` if none of them limits.
-fn processes_left() -> Option<u64> {
-    let root = rustix::process::geteuid().is_root();
-    let limit = getrlimit(Resource::Nproc).maximum.filter(|_| !root);
-    let by_user = limit.map(|limit| limit.saturating_sub(threads_of_user()));
-    let threads: Option<u64> = fs::read_to_string("/proc/loadavg").ok().and_then(|text| {
-        // "0.00 0.01 0.05 1/123 4711": running and existing threads.
-        text.split_whitespace().nth(3)?.split_once('/')?.1.parse().ok()
-    });
-    let by_kernel = number("/proc/sys/kernel/threads-max").map(|max| max.saturating_sub(threads.unwrap_or(0)));
-    [by_user, by_kernel, pids_left_in_cgroups()].into_iter().flatten().min()
-}
-
-fn threads_of_user() -> u64 {
-    use std::os::unix::fs::MetadataExt;
-    let uid = rustix::process::geteuid().as_raw();
-    let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
-    processes
-        .filter(|entry| entry.file_name().to_string_lossy().bytes().all(|byte| byte.is_ascii_digit()))
-        .filter(|entry| entry.metadata().is_ok_and(|meta| meta.uid() == uid))
-        .map(|entry| fs::read_dir(entry.path().join("task")).map_or(1, Iterator::count) as u64)
-        .sum()
-}
-
-/// What the tightest of our cgroup and those above it leaves.
-fn pids_left_in_cgroups() -> Option<u64> {
-    let own = fs::read_to_string("/proc/self/cgroup").ok()?;
-    let mut left: Option<u64> = None;
-    for line in own.lines() {
-        let mut parts = line.splitn(3, ':');
-        let (Some(_), Some(controllers), Some(path)) = (parts.next(), parts.next(), parts.next()) else { continue };
-        let base: PathBuf = match controllers {
-            "" => "/sys/fs/cgroup".into(),
-            list if list.split(',').any(|name| name == "pids") => "/sys/fs/cgroup/pids".into(),
-            _ => continue,
-        };
-        for folder in Path::new(path.trim_start_matches('/')).ancestors() {
-            let folder = base.join(folder);
-            let Some(max) = number(folder.join("pids.max")) else { continue };
-            let here = max.saturating_sub(number(folder.join("pids.current")).unwrap_or(0));
-            left = Some(left.map_or(here, |least| least.min(here)));
-        }
-    }
-    left
-}
-
-fn memory_available() -> Option<u64> {
-    let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 
 /// Three numbers, the first of which moves: kernels without scheduler statistics show zeros.
