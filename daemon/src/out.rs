@@ -23,6 +23,11 @@ pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     data(&text)
 }
 
+/// Writes what was measured as JSON, with the digits that are known, to standard output.
+pub fn measured(value: &impl serde::Serialize) -> Result<(), Failure> {
+    json(&crate::numbers::json(value))
+}
+
 /// Says something on standard error. Nothing can be done if that fails.
 pub fn talk(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");

@@ -5,6 +5,12 @@ use super::{FAINT_INK, GRID, INK};
 
 const LABEL: f64 = 12.0;
 
+/// Between the frame and the label of y, where the numbers leave room.
+const LABEL_OFFSET: f64 = 46.0;
+
+/// Numbers of an axis, and how they are written.
+type Ticks = Vec<(f64, String)>;
+
 /// From the smallest number to the largest.
 pub(super) type Span = [f64; 2];
 
@@ -70,10 +76,37 @@ impl Axes {
         length * self.width / (self.x[1] - self.x[0])
     }
 
+    /// The same, further to the right where the numbers at its left are long.
+    pub(super) fn with_room(self) -> Axes {
+        Axes { left: self.left + (self.label_offset() - LABEL_OFFSET).max(0.0), ..self }
+    }
+
+    /// How far the label of y is from the frame: beyond the numbers.
+    fn label_offset(&self) -> f64 {
+        (widest(&self.y_ticks()) + 24.0).max(LABEL_OFFSET)
+    }
+
+    /// Numbers along x, so few that there is room between them.
+    fn x_ticks(&self) -> Ticks {
+        let mut about = (self.width / 70.0) as usize;
+        loop {
+            let found = ticks(self.x, about);
+            let apart = found.windows(2).map(|pair| self.length(pair[1].0 - pair[0].0)).fold(f64::INFINITY, f64::min);
+            if widest(&found) + 10.0 <= apart || about <= 2 {
+                return found;
+            }
+            about -= 1;
+        }
+    }
+
+    fn y_ticks(&self) -> Ticks {
+        ticks(self.y, (self.height / 70.0) as usize)
+    }
+
     /// Grid lines, numbers at them, and labels.
     pub(super) fn draw(&self, pad: &Pad<'_>, x_label: &str, y_label: &str) {
-        let x_ticks = ticks(self.x, (self.width / 70.0) as usize);
-        self.grid(pad, &x_ticks, &ticks(self.y, (self.height / 70.0) as usize));
+        let x_ticks = self.x_ticks();
+        self.grid(pad, &x_ticks, &self.y_ticks());
         for (x, text) in &x_ticks {
             pad.text([self.at([*x, 0.0])[0], self.bottom() + 14.0], text, LABEL, FAINT_INK, Anchor::Middle);
         }
@@ -82,7 +115,7 @@ impl Axes {
 
     /// The same, where the x axis has names at places.
     pub(super) fn draw_named(&self, pad: &Pad<'_>, names: &[(f64, String)], x_label: &str, y_label: &str) {
-        self.grid(pad, &[], &ticks(self.y, (self.height / 70.0) as usize));
+        self.grid(pad, &[], &self.y_ticks());
         let room = self.width / names.len().max(1) as f64;
         let widest = names.iter().map(|(_, name)| super::pad::width_of(name, LABEL)).fold(0.0, f64::max);
         let every = (widest / room).ceil().max(1.0) as usize;
@@ -110,7 +143,7 @@ impl Axes {
     fn labels(&self, pad: &Pad<'_>, x_label: &str, y_label: &str) {
         let (x_middle, y_middle) = (self.left + 0.5 * self.width, self.top + 0.5 * self.height);
         pad.text([x_middle, self.bottom() + 34.0], x_label, LABEL + 1.0, INK, Anchor::Middle);
-        pad.text([self.left - 46.0, y_middle], y_label, LABEL + 1.0, INK, Anchor::Up);
+        pad.text([self.left - self.label_offset(), y_middle], y_label, LABEL + 1.0, INK, Anchor::Up);
     }
 }
 
@@ -129,10 +162,16 @@ pub(super) fn roomy([low, high]: Span, share: f64) -> Span {
     [low - room, high + room]
 }
 
+/// The width of the longest, px.
+fn widest(ticks: &Ticks) -> f64 {
+    ticks.iter().map(|(_, text)| super::pad::width_of(text, LABEL)).fold(0.0, f64::max)
+}
+
 /// Round numbers in a span, about so many, and how they are written.
-pub(super) fn ticks([low, high]: Span, about: usize) -> Vec<(f64, String)> {
+pub(super) fn ticks([low, high]: Span, about: usize) -> Ticks {
     let rough = (high - low) / about.clamp(2, 12) as f64;
-    if !(rough.is_finite() && rough > 0.0) {
+    // Numbers that differ in digits that a number does not have cannot be told apart.
+    if !(rough.is_finite() && rough > 1e-12 * low.abs().max(high.abs())) {
         return Vec::new();
     }
     let power = 10f64.powi(rough.log10().floor() as i32);
@@ -159,7 +198,29 @@ mod tests {
         check([0.0, 132.0], 6, &["0", "20", "40", "60", "80", "100", "120"]);
         check([-0.4, 0.3], 3, &["-0.4", "-0.2", "0.0", "0.2"]);
         check([3.0, 3.0], 5, &[]);
+        check([1e300, 1.000_000_000_000_000_2e300], 5, &[]);
         check([f64::NAN, 1.0], 5, &[]);
+    }
+
+    #[test]
+    fn long_numbers_have_room_on_both_axes() {
+        let spans = [[388_080.0, 388_110.0], [948_980.0, 948_980.4], [-1e6, 1e6], [999_999.9, 1_000_000.0], [0.0, 1e9]];
+        for (x, y) in spans.into_iter().flat_map(|x| spans.map(|y| (x, y))) {
+            for size in [[260.0, 780.0], [780.0, 260.0]] {
+                let axes = Axes::new([64.0, 76.0], size, x, y).with_room();
+                let ticks = axes.x_ticks();
+                assert!(ticks.len() >= 2, "{x:?}: {ticks:?}");
+                for pair in ticks.windows(2) {
+                    let [left, right] = [0, 1].map(|i| (axes.at([pair[i].0, 0.0])[0], widest(&pair[i..=i].to_vec())));
+                    assert!(left.0 + 0.5 * left.1 < right.0 - 0.5 * right.1, "{size:?} {x:?}: {ticks:?}");
+                }
+                let (numbers, label) = (axes.left - 8.0 - widest(&axes.y_ticks()), axes.left - axes.label_offset());
+                assert!(label + 8.0 <= numbers && label >= 18.0, "{y:?}: numbers from {numbers}, label at {label}");
+            }
+        }
+        // Short ones stay where they were.
+        let axes = Axes::new([64.0, 76.0], [780.0, 780.0], [-10.0, 10.0], [-10.0, 10.0]).with_room();
+        assert_eq!((axes.left, axes.label_offset()), (64.0, LABEL_OFFSET));
     }
 
     #[test]

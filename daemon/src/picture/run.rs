@@ -16,18 +16,18 @@ const LINE: f64 = 19.0;
 
 /// The picture.
 pub fn draw(scene: &Scene) -> String {
-    let axes = Axes::equal([LEFT, TOP], PLANE_MAX, scene.x, scene.y);
+    let axes = Axes::equal([LEFT, TOP], PLANE_MAX, scene.x, scene.y).with_room();
     let listed = scene.robots.len() <= LEGEND_MAX;
     let rows = keys(scene).len() + if listed { scene.robots.len() + 1 } else { 1 };
     let names =
         scene.robots.iter().filter(|_| listed).map(|robot| width_of(&robot.id, TEXT) + width_of(&robot.fate, TEXT));
     let legend = names.fold(120.0, f64::max) + 74.0;
-    let titles = width_of(&scene.title, 18.0).max(width_of(&scene.subtitle, 13.0)) + LEFT + 20.0;
+    let titles = width_of(&scene.title, 18.0).max(width_of(&scene.subtitle, 13.0)) + axes.left() + 20.0;
     let width = (axes.right() + legend).max(titles);
     let height = (axes.bottom() + 56.0).max(TOP + LINE * rows as f64 + 20.0);
     svg(width, height, |pad| {
-        pad.bold([LEFT, 28.0], &scene.title, 18.0, INK, Anchor::Left);
-        pad.text([LEFT, 52.0], &scene.subtitle, 13.0, FAINT_INK, Anchor::Left);
+        pad.bold([axes.left(), 28.0], &scene.title, 18.0, INK, Anchor::Left);
+        pad.text([axes.left(), 52.0], &scene.subtitle, 13.0, FAINT_INK, Anchor::Left);
         axes.draw(pad, "x (m)", "y (m)");
         scene.obstacles.iter().for_each(|thing| obstacle(pad, &axes, thing));
         let count = scene.robots.len();

@@ -50,11 +50,12 @@ type Entry = (Color, String);
 
 /// The sheet of a chart: title, legend at the right, and the rest for the chart.
 fn sheet(series: &Series, axes: Axes, legend: &[Entry], draw: impl FnOnce(&Pad<'_>, &Axes)) -> String {
+    let axes = axes.with_room();
     let legend = if legend.len() > LEGEND_MAX { &[] } else { legend };
     let widest = legend.iter().map(|(_, name)| width_of(name, TEXT)).fold(0.0, f64::max);
     let legend_width = if legend.is_empty() { 24.0 } else { widest + 66.0 };
     let width = (axes.right() + legend_width).max(520.0);
-    let title = wrapped(&series.title, TITLE, width - LEFT - 30.0);
+    let title = wrapped(&series.title, TITLE, width - axes.left() - 30.0);
     let axes = axes.lowered(TITLE_LINE * title.len().saturating_sub(1) as f64);
     let height = (axes.bottom() + 56.0).max(axes.top() + LINE * legend.len() as f64 + 20.0);
     svg(width, height, |pad| {

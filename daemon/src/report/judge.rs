@@ -2,6 +2,7 @@
 
 use super::{EventReport, LatencyReport, Report, Verdict};
 use crate::exit;
+use crate::numbers;
 use protocol::world_to_daemon::Event;
 use scenarios::{Expect, Mode};
 
@@ -144,7 +145,10 @@ pub fn unmet(expect: &Expect, report: &Report) -> Vec<String> {
         let clearances = [(outcome.min_clearance_m, "robots"), (outcome.min_obstacle_clearance_m, "obstacles")];
         for (clearance_m, to) in clearances {
             if let Some(clearance_m) = clearance_m.filter(|&clearance_m| clearance_m < least_m) {
-                unmet.push(format!("expected a clearance of {least_m} m, got {clearance_m:.3} m to {to}"));
+                unmet.push(format!(
+                    "expected a clearance of {least_m} m, got {} to {to}",
+                    numbers::clearance(clearance_m)
+                ));
             }
         }
     }

@@ -6,6 +6,7 @@ use super::layout::{Column, Page, table};
 use super::{
     Blame, LatencyReport, Percentiles, ProcessScheduling, Report, RobotReport, SchedulingReport, Verdict, judge::plural,
 };
+use crate::numbers::{clearance, fixed};
 use crate::{exit, scheduling};
 use bus::Cause;
 use scenarios::Mode;
@@ -203,13 +204,13 @@ fn outcome(page: &mut Page, report: &Report) {
     let clearances: Vec<String> =
         [(outcome.min_clearance_m, "to robots"), (outcome.min_obstacle_clearance_m, "to obstacles")]
             .into_iter()
-            .filter_map(|(clearance_m, to)| clearance_m.map(|clearance_m| format!("{clearance_m:.3} m {to}")))
+            .filter_map(|(clearance_m, to)| clearance_m.map(|clearance_m| format!("{} {to}", clearance(clearance_m))))
             .collect();
     if !clearances.is_empty() {
         page.row("least clearance", &clearances.join(", "));
     }
     if let Some(ldj) = outcome.ldj_mean {
-        page.row("smoothness", &format!("{ldj:.2} (LDJ, 0 is best)"));
+        page.row("smoothness", &format!("{} (LDJ, 0 is best)", fixed(ldj, 2)));
     }
     page.row("trajectory hash", &report.trajectory_hash);
 }

@@ -3,6 +3,7 @@
 use super::fleet;
 use crate::cli::{Format, PsArgs};
 use crate::exit::{self, Failure};
+use crate::numbers::fixed;
 use crate::out;
 use crate::report::{Column, Page, table};
 use bus::Address;
@@ -34,7 +35,7 @@ pub fn run(options: &PsArgs) -> Result<i32, Failure> {
         Format::Json => {
             let mut list: Vec<Value> = fleets.iter().map(|(id, status)| fleet_json(id, status)).collect();
             list.extend(failures.iter().map(|(id, failure)| json!({ "fleet": id, "error": failure.to_string() })));
-            out::json(&json!({ "schema": "shoal.ps/1", "fleets": list }))?;
+            out::measured(&json!({ "schema": "shoal.ps/1", "fleets": list }))?;
         }
         Format::Text => {
             let mut page = Page::new(out::stdout_width());
@@ -116,7 +117,7 @@ fn world_words(status: &Status) -> String {
 fn robot_row(robot: &RobotStatus) -> Vec<String> {
     // Before its first life begins it is nowhere; between two lives its body stands where it stood.
     let there = robot.incarnation > 0 || !matches!(robot.state.as_str(), "awaited" | "starting");
-    let point = |[x, y]: [f64; 2]| if there { format!("{x:.2},{y:.2}") } else { "-".to_string() };
+    let point = |[x, y]: [f64; 2]| if there { format!("{},{}", fixed(x, 2), fixed(y, 2)) } else { "-".to_string() };
     // A robot that has arrived still runs; that it has is what one looks for.
     let state = if robot.arrived && robot.state == "running" { "arrived" } else { robot.state.as_str() };
     vec![

@@ -79,7 +79,7 @@ pub fn run(options: &StressArgs) -> Result<i32, Failure> {
     let report = report::assemble(run::facts_of(finished));
     let stress = Stress::of(&report, options, left_over);
     match options.format {
-        Format::Json => out::json(&stress)?,
+        Format::Json => out::measured(&stress)?,
         Format::Text => {
             let mut page = Page::new(out::stdout_width());
             stress.text(&mut page);

@@ -66,7 +66,7 @@ impl<T: Serialize> Document<T> {
         notes: &[&str],
     ) -> Result<(), Failure> {
         if format == Format::Json {
-            return out::json(self);
+            return out::measured(self);
         }
         let mut page = Page::new(out::stdout_width());
         let rows: Vec<Vec<String>> = self.rows.iter().map(cells).collect();

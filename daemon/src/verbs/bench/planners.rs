@@ -133,7 +133,7 @@ pub(super) fn run(options: &BenchPlannersArgs) -> Result<i32, Failure> {
     let measured: Vec<Measured> = cells.iter().filter_map(Cell::measured).collect();
     let verdicts: Vec<Verdict> = measured.iter().filter_map(Verdict::of).collect();
     match options.format {
-        Format::Json => out::json(&Document {
+        Format::Json => out::measured(&Document {
             schema: "shoal.bench-planners/1",
             clock_ns,
             cells: &measured,
