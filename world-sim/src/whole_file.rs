@@ -146,13 +146,12 @@ fn copy(content: &mut File, name: &Path) -> io::Result<File> {
 /// Replaces what is in a file. Room is reserved first: a full disk leaves it as it was.
 fn overwrite(content: &mut File, place: &mut File) -> io::Result<()> {
     let (before, length) = (place.metadata()?.len(), content.metadata()?.len());
-    match fallocate(&*place, FallocateFlags::empty(), 0, length) {
-        Err(error @ (Errno::NOSPC | Errno::DQUOT | Errno::FBIG)) => {
-            let _ = place.set_len(before);
-            return Err(error.into());
-        }
-        // File systems that cannot reserve room say so with other errors.
-        _ => {}
+    // File systems that cannot reserve room say so with other errors.
+    if let Err(error @ (Errno::NOSPC | Errno::DQUOT | Errno::FBIG)) =
+        fallocate(&*place, FallocateFlags::empty(), 0, length)
+    {
+        let _ = place.set_len(before);
+        return Err(error.into());
     }
     content.rewind()?;
     place.rewind()?;
