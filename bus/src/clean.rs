@@ -5,9 +5,10 @@ use crate::address::SHM;
 use crate::clock::{now_ns, sleep_until_ns};
 use crate::{Address, BusError, Lease, Node, Result};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+use std::collections::BTreeSet;
 use std::io::ErrorKind;
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Attempts to remove a root into which a process that is just ending still writes, at most.
 const PASSES_MAX: u32 = 8;
@@ -116,16 +117,44 @@ pub fn clean_if_abandoned(address: &Address) -> Result<Option<SweepReport>> {
 }
 
 /// Clears away what dead members of the fleet hold in iceoryx2: their places in services, and their memory. How many
-/// were cleared. For the daemon: before it starts a process anew, and now and then. It looks at every node of the fleet
+/// were cleared. For the janitor's process. It looks at every node of the fleet
 /// (some 0.1 ms each), and leaves to another thread of this process what that is just clearing.
 pub fn janitor(node: &Node) -> u64 {
     node.inner().try_cleanup_dead_nodes().cleanups
 }
 
+/// Removes what a process left unfinished that was killed between making a file and giving it a size: iceoryx2 would
+/// wait for it, if not for ever. A file that a living process has open is left to that process. How many there were.
+pub fn unfinished(address: &Address) -> u64 {
+    let empty = || -> Vec<(PathBuf, u64)> {
+        let files = listed(address.root()).unwrap_or_default().into_iter();
+        let files = files.filter_map(|(_, path)| Some((std::fs::symlink_metadata(&path).ok()?, path)));
+        let files = files.filter(|(meta, _)| meta.is_file() && meta.len() == 0);
+        files.map(|(meta, path)| (path, meta.ino())).collect()
+    };
+    let suspects = empty();
+    if suspects.is_empty() {
+        return 0;
+    }
+    // In this order: who makes a file has it open from its first moment until it has a size.
+    let open = open_files(address.root());
+    let still = empty();
+    let dead = suspects.iter().filter(|file| !open.contains(&file.0) && still.contains(file));
+    dead.filter(|(path, _)| std::fs::remove_file(path).is_ok()).count() as u64
+}
+
+/// The files below a directory that processes of this user have open.
+fn open_files(below: &Path) -> BTreeSet<PathBuf> {
+    let processes = listed(Path::new("/proc")).unwrap_or_default().into_iter();
+    let processes = processes.filter(|(name, _)| name.bytes().all(|byte| byte.is_ascii_digit()));
+    let descriptors = processes.flat_map(|(_, path)| listed(&path.join("fd")).unwrap_or_default());
+    descriptors.filter_map(|(_, path)| std::fs::read_link(path).ok()).filter(|file| file.starts_with(below)).collect()
+}
+
 /// Kills all processes of this user that were started for this fleet (their command line names its root), and waits
 /// until they have gone; how many. Not this process, and none of those that started it.
 pub fn end_processes(address: &Address) -> u64 {
-    let mut killed = std::collections::BTreeSet::new();
+    let mut killed = BTreeSet::new();
     let until = now_ns() + GRACE_NS;
     loop {
         let processes = processes_of(address);
@@ -176,7 +205,7 @@ fn parent_of(pid: u32) -> Option<u32> {
     status.lines().find_map(|line| line.strip_prefix("PPid:"))?.trim().parse().ok().filter(|&parent| parent > 0)
 }
 
-fn listed(directory: &Path) -> Result<Vec<(String, std::path::PathBuf)>> {
+fn listed(directory: &Path) -> Result<Vec<(String, PathBuf)>> {
     let entries = std::fs::read_dir(directory).map_err(|e| BusError::io(directory, "read the directory", e))?;
     let named = |entry: std::fs::DirEntry| Some((entry.file_name().into_string().ok()?, entry.path()));
     Ok(entries.filter_map(|entry| named(entry.ok()?)).collect())

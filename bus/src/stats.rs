@@ -25,7 +25,7 @@ use crate::{Address, BusError, Result};
 use scale::{COARSE, FINE, MAX_BITS, Scale};
 use std::sync::atomic::Ordering::{Relaxed, Release};
 
-pub use snapshot::{Percentiles, StatsSnapshot, read_all};
+pub use snapshot::{Percentiles, StatsSnapshot, read_all, take};
 
 /// What is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

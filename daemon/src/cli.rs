@@ -84,6 +84,9 @@ pub enum Verb {
     /// A process that only waits; started by `shoal bench`.
     #[command(hide = true)]
     Bare(BareArgs),
+    /// Clears away what dead processes of a fleet hold; started by the daemon.
+    #[command(hide = true)]
+    Janitor(JanitorArgs),
     /// Cleans after a daemon that was killed; started by the daemon.
     #[command(hide = true)]
     Guardian(GuardianArgs),

@@ -111,7 +111,12 @@ impl Supervisor {
             Failure::environment(format!("statistics: they are missing: {why}"))
                 .hint("the report is that of the whole run, but for latencies")
         };
-        match bus::stats::read_all(&self.address) {
+        let departed = self.departed.iter().map(|(slot, counted)| {
+            // By a name that no process of theirs has any more.
+            let seat = Seat { slot: *slot, incarnation: u32::MAX };
+            (robot_agent::shell::spec_file(seat), counted.clone())
+        });
+        match bus::stats::read_all(&self.address).map(|stats| stats.into_iter().chain(departed).collect::<Vec<_>>()) {
             Ok(stats) if !begun || stats.iter().any(|(name, _)| name == world_sim::shell::STATS_NAME) => Ok(stats),
             Ok(_) => Err(missing(&"somebody removed them")),
             Err(error) => Err(missing(&error)),

@@ -18,6 +18,7 @@ pub mod executables;
 pub mod exit;
 pub mod file;
 pub mod guardian;
+pub mod janitor;
 pub mod limits;
 pub mod measured;
 pub mod numbers;

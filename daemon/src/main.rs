@@ -30,7 +30,13 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
     let done = |result: Result<(), Failure>| result.map(|()| exit::OK);
     match verb {
         // What looks for leftovers must find them; a process of a fleet has better things to do.
-        Verb::Doctor(_) | Verb::Clean(_) | Verb::Agent(_) | Verb::World(_) | Verb::Bare(_) | Verb::Guardian(_) => {}
+        Verb::Doctor(_)
+        | Verb::Clean(_)
+        | Verb::Agent(_)
+        | Verb::World(_)
+        | Verb::Bare(_)
+        | Verb::Guardian(_)
+        | Verb::Janitor(_) => {}
         _ => verbs::clean::silently(),
     }
     match verb {
@@ -51,6 +57,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Agent(options) => done(verbs::internal::agent(options)),
         Verb::World(options) => done(verbs::internal::world(options)),
         Verb::Bare(options) => done(verbs::internal::bare(options)),
+        Verb::Janitor(options) => done(shoal::janitor::main(&options.root, options.parent)),
         Verb::Guardian(options) => done(shoal::guardian::main(&options.root)),
         Verb::Other(words) => Err(verbs::unbuilt::refuse(words)),
     }

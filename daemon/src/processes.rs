@@ -253,6 +253,13 @@ impl Children {
         self.all.iter().map(entry).collect()
     }
 
+    /// Removes the files of a process that has ended.
+    pub fn bury(&self, name: &str) {
+        for file in [self.root.join(name), self.logs.join(format!("{name}.log"))] {
+            let _ = std::fs::remove_file(file);
+        }
+    }
+
     /// What a process said last, in one line.
     pub fn last_words(&self, name: &str) -> Option<String> {
         #[expect(clippy::disallowed_methods, reason = "what a process said is in a file of the run")]

@@ -6,12 +6,13 @@ use crate::ending::{Finished, full_memory};
 use crate::executables::Executables;
 use crate::exit::Failure;
 use crate::guardian::Guardian;
+use crate::janitor::Janitor;
 use crate::processes::{Children, state_word};
 use crate::signals::Signals;
 use bus::{
     Address, Footing, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes,
 };
-use bus::{Responder, WorldObserver, clean, clock};
+use bus::{Responder, StatsSnapshot, WorldObserver, clean, clock};
 use protocol::Seat;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
@@ -21,6 +22,7 @@ use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal as Kill};
 use scenarios::{Mode, Scenario};
+use std::collections::BTreeMap;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::time::Duration;
@@ -91,7 +93,10 @@ pub struct Supervisor {
     /// Whoever watches has seen enough.
     enough: bool,
     pub(crate) spawned_ns: u64,
-    node: Node,
+    /// What lives that are over have counted, by slot.
+    pub(crate) departed: BTreeMap<u32, StatsSnapshot>,
+    janitor: Janitor,
+    _node: Node,
     _services: Services,
     guardian: Guardian,
     _lease: Lease,
@@ -115,9 +120,9 @@ pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> 
             let result =
                 supervisor.start().map(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
             supervisor.kill_all(watch);
-            let Supervisor { mut guardian, children, .. } = supervisor;
+            let Supervisor { mut guardian, children, janitor, .. } = supervisor;
             // Everything that killed processes left goes here; the guardian stays on guard until that is done.
-            drop(children);
+            drop((children, janitor));
             guardian.watch(None);
             clean::sweep(&address);
             guardian.dismiss();
@@ -165,13 +170,15 @@ impl Supervisor {
             awaiting: Vec::new(),
             observer: WorldObserver::open(&node)?,
             coordinator: Coordinator::new(scenario),
-            address,
             signals,
             world_ending: None,
             killed: false,
             enough: false,
             spawned_ns: 0,
-            node,
+            departed: BTreeMap::new(),
+            janitor: Janitor::new(&address),
+            address,
+            _node: node,
             _services: services,
             guardian,
             _lease: lease,
@@ -217,6 +224,7 @@ impl Supervisor {
             let waited = |pid| clock::schedstat_of(pid).map_or(0, |stat| stat.waited_ns);
             let waited = |pid| Duration::from_nanos(waited(pid));
             self.coordinator.time(now(), &|seat| gate.is_ready(seat), &waited);
+            self.janitor.tend(now());
             self.act(Some(watch));
             if self.gate.start_ns().is_some() {
                 if self.children.begin_measuring() {
@@ -278,11 +286,22 @@ impl Supervisor {
                         .then(|| self.children.last_words(&robot_agent::shell::spec_file(seat)))
                         .flatten();
                     self.coordinator.exited(seat, ending, words, self.gate.is_deaf(seat));
+                    self.bury(seat);
                 }
                 (Who::Agent(seat), Change::Stopped) => self.coordinator.stopped(seat),
                 (Who::Agent(seat), Change::Continued) => self.coordinator.continued(seat),
             }
         }
+    }
+
+    /// Takes over what a life has counted, and removes what it leaves in shared memory: a robot may have many lives.
+    fn bury(&mut self, seat: Seat) {
+        let name = robot_agent::shell::spec_file(seat);
+        if let Some(counted) = bus::stats::take(&self.address, &name) {
+            self.departed.entry(seat.slot).or_default().merge(&counted);
+        }
+        self.children.bury(&name);
+        self.janitor.want();
     }
 
     /// Does what the coordinator decided.
@@ -335,10 +354,6 @@ impl Supervisor {
         let spec = AgentSpec::new(self.coordinator.scenario(), robot, seat);
         if let Err(failure) = write(&self.address, &robot_agent::shell::spec_file(seat), &spec) {
             return self.coordinator.not_spawned(seat, failure.message().to_owned());
-        }
-        if seat.incarnation > 0 {
-            // The life before left its ports behind: their places are needed.
-            clean::janitor(&self.node);
         }
         match self.children.spawn_agent(seat, program.as_deref()) {
             Ok(pid) => self.coordinator.spawned(seat, pid, now()),

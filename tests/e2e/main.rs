@@ -12,6 +12,7 @@ mod faults;
 mod hygiene;
 mod latency;
 mod lies;
+mod lives;
 mod operators;
 mod processes;
 mod scheduling;

@@ -204,6 +204,12 @@ impl Fleet {
         wait_for("the ticks to pass", || (gate.progress().tick >= tick).then_some(()));
     }
 
+    /// Waits until a life of a robot is in the fleet.
+    pub(crate) fn wait_ready(&mut self, slot: u32, incarnation: u32) {
+        let (gate, seat) = (self.gate(), protocol::Seat { slot, incarnation });
+        wait_for("the robot to be ready", || gate.is_ready(seat).then_some(()));
+    }
+
     /// What the run has said so far.
     pub(crate) fn stderr(&self) -> String {
         String::from_utf8_lossy(&std::fs::read(&self.err).unwrap()).into_owned()

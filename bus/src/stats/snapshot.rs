@@ -167,6 +167,14 @@ impl StatsSnapshot {
     }
 }
 
+/// Takes the statistics of a process that has ended: what it counted, and its file is gone. `None` if it left none.
+pub fn take(address: &Address, name: &str) -> Option<StatsSnapshot> {
+    let path = address.file(DIRECTORY).join(name);
+    let counted = std::fs::read(&path).ok().and_then(|bytes| StatsSnapshot::parse(&bytes));
+    let _ = std::fs::remove_file(path);
+    counted
+}
+
 /// What all processes of the fleet have counted so far, by the name of the file, sorted.
 ///
 /// # Errors

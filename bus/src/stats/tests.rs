@@ -170,3 +170,16 @@ fn damaged_files_are_none() {
     assert_eq!(read_all(&address).unwrap(), []);
     crate::clean::sweep(&address);
 }
+
+#[test]
+fn what_a_process_that_has_ended_counted_is_taken_once() {
+    let address = Address::create().unwrap();
+    let mut writer = StatsWriter::create(&address, "agent-1", &[Metric::Wake], Strips::NONE).unwrap();
+    writer.record(Metric::Wake, 1000);
+    writer.add(Counter::Periods, 3);
+    drop(writer);
+    let taken = take(&address, "agent-1").unwrap();
+    assert_eq!((taken.counter(Counter::Periods), taken.percentiles(Metric::Wake).unwrap().n), (3, 1));
+    assert_eq!((take(&address, "agent-1"), read_all(&address).unwrap().len()), (None, 0));
+    crate::clean::sweep(&address);
+}

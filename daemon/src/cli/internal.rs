@@ -65,6 +65,17 @@ pub enum BareVerb {
     },
 }
 
+/// `shoal janitor`, for the daemon.
+#[derive(Debug, Args)]
+pub struct JanitorArgs {
+    /// The root of the run.
+    #[arg(long)]
+    pub root: PathBuf,
+    /// The process that started this one.
+    #[arg(long)]
+    pub parent: u32,
+}
+
 /// `shoal guardian`, for the daemon.
 #[derive(Debug, Args)]
 pub struct GuardianArgs {
