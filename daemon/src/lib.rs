@@ -33,5 +33,6 @@ pub mod scheduling;
 pub mod signals;
 pub mod single;
 pub mod source;
+pub mod status;
 pub mod supervisor;
 pub mod verbs;

@@ -7,8 +7,9 @@ use crate::executables::Executables;
 use crate::exit::Failure;
 use crate::guardian::Guardian;
 use crate::janitor::Janitor;
-use crate::processes::{Children, state_word};
+use crate::processes::Children;
 use crate::signals::Signals;
+use crate::status;
 use bus::{
     Address, Footing, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes,
 };
@@ -17,11 +18,11 @@ use protocol::Seat;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
-use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
+use protocol::operator_to_daemon::{Reply, Request, Status};
 use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal as Kill};
-use scenarios::{Mode, Scenario};
+use scenarios::Scenario;
 use std::collections::BTreeMap;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
@@ -392,44 +393,19 @@ impl Supervisor {
     }
 
     fn status(&self) -> Status {
-        let (scenario, progress) = (self.coordinator.scenario(), self.gate.progress());
-        let world_pid = self.children.world_pid().unwrap_or(0);
-        let tick_age_ns = clock::now_ns().saturating_sub(progress.stamp_ns);
-        let robots = (self.coordinator.members().iter())
-            .zip(&scenario.robots)
-            .map(|(member, robot)| {
-                let odometry = self.observer.odometry(member.seat.slot as usize);
-                RobotStatus {
-                    id: robot.id.clone(),
-                    slot: member.seat.slot,
-                    incarnation: member.seat.incarnation,
-                    pid: member.pid,
-                    state: member.state.word().to_owned(),
-                    planner: robot.planner.clone(),
-                    position_m: [odometry.x_m, odometry.y_m],
-                    goal_m: [odometry.goal_x_m, odometry.goal_y_m],
-                    arrived: odometry.has(Odometry::FLAG_ARRIVED),
-                    goals_done: odometry.goals_done,
-                    goals_left: odometry.goals_left,
-                }
-            })
-            .collect();
-        Status {
-            scenario: scenario.name.clone(),
-            mode: match scenario.clock.mode {
-                Mode::Single => "single",
-                Mode::Lockstep => "lockstep",
-                Mode::Realtime => "realtime",
-            }
-            .to_owned(),
-            tick: progress.tick,
-            time_s: progress.tick as f64 * scenario.clock.dt_s(),
-            daemon_pid: rustix::process::getpid().as_raw_nonzero().get() as u32,
-            world_pid,
-            world_state: state_word(world_pid).to_owned(),
-            tick_age_s: (progress.stamp_ns > 0).then_some(tick_age_ns as f64 * 1e-9),
-            robots,
-        }
+        let life = |member: &crate::coordinator::Member| status::Life {
+            seat: member.seat,
+            pid: member.pid,
+            state: member.state.word(),
+        };
+        status::of(
+            self.coordinator.scenario(),
+            self.coordinator.members().iter().map(life),
+            &self.gate.progress(),
+            &self.observer,
+            std::process::id(),
+            self.children.world_pid().unwrap_or(0),
+        )
     }
 }
 

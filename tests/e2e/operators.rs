@@ -116,6 +116,13 @@ fn a_daemon_that_does_not_answer_is_named() {
     fleet.wait_tick(1);
     crate::support::stop(fleet.daemon());
     shoal(&["task", "send", "a", "0,0", "--fleet", &id]).expect_failure(3, &["daemon", "stopped or killed"]);
+    // What can be seen without it is shown.
+    let ps = shoal(&["ps", "--fleet", &id, "--format", "json"]).expect(0);
+    assert!(ps.stderr.contains("shown is what can be seen without its daemon"), "{ps}");
+    let seen = &ps.report["fleets"][0];
+    assert_eq!((&seen["daemon_pid"], &seen["world_pid"]), (&fleet.daemon().into(), &fleet.process("world").into()));
+    assert_eq!((&seen["robots"][0]["pid"], &seen["robots"][0]["state"]), (&fleet.agent(0).into(), &"running".into()));
+    assert!(seen["tick"].as_u64() > Some(1) && seen["robots"][0]["goal_m"][0] == 1.0, "{ps}");
     signal(fleet.daemon(), Signal::CONT);
     shoal(&["ps", "--fleet", &id]).expect(0);
 }

@@ -4,6 +4,7 @@ use crate::cli::FleetArg;
 use crate::exit::{self, Failure};
 use bus::clean::{FleetEntry, list_fleets};
 use bus::{Address, OperatorClient};
+use protocol::codec;
 use protocol::operator_to_daemon::{Reply, Request};
 use std::time::Duration;
 
@@ -58,6 +59,21 @@ pub fn ask(address: &Address, request: &Request) -> Result<Reply, Failure> {
         Reply::Unconfirmed { problem, hint } => Err(Failure::from_text(exit::ENVIRONMENT, &problem).hint(hint)),
         reply => Ok(reply),
     }
+}
+
+/// What the daemon left in a file of the fleet's root.
+///
+/// # Errors
+/// With exit code 3, when it is not there or not readable.
+pub fn left<T: serde::de::DeserializeOwned>(address: &Address, name: &str) -> Result<T, Failure> {
+    let path = address.file(name);
+    #[expect(clippy::disallowed_methods, reason = "the verb reads what the daemon left")]
+    let bytes = std::fs::read(&path)
+        .map_err(|error| Failure::environment(format!("fleet `{}`: `{}`: {error}", address.id(), path.display())))?;
+    codec::decode(&bytes).map_err(|error| {
+        Failure::environment(format!("fleet `{}`: `{}`: {error}", address.id(), path.display()))
+            .hint("all processes of a fleet must come from the same build")
+    })
 }
 
 /// The daemon answered something else.

@@ -13,7 +13,6 @@ use crate::report::{Column, LatencyFacts, LoopLatency, Page, Percentiles, judge,
 use crate::{out, picture};
 use bus::{Address, Counter, Gate, Metric, StatsSnapshot};
 use histogram::Spread;
-use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use scenarios::{Mode, Scenario};
 use serde::Serialize;
@@ -97,7 +96,7 @@ fn ended(address: &Address) -> Failure {
 }
 
 fn look(address: &Address) -> Result<Look, Failure> {
-    let scenario: Scenario = read(address, world_sim::shell::SCENARIO_FILE)?;
+    let scenario: Scenario = fleet::left(address, world_sim::shell::SCENARIO_FILE)?;
     let stats = bus::stats::read_all(address)?;
     let (robots, world) = measured::by_robot(&stats);
     let mut names: BTreeMap<u32, String> =
@@ -105,7 +104,7 @@ fn look(address: &Address) -> Result<Look, Failure> {
     // Robots that were added are not in the scenario; what their agents were told is.
     for (name, seat) in stats.iter().filter_map(|(name, _)| Some((name, seat_of(name)?))) {
         if !names.contains_key(&seat.slot)
-            && let Ok(spec) = read::<AgentSpec>(address, name)
+            && let Ok(spec) = fleet::left::<AgentSpec>(address, name)
         {
             names.insert(seat.slot, spec.robot.id);
         }
@@ -116,18 +115,6 @@ fn look(address: &Address) -> Result<Look, Failure> {
     let fleet = address.id().to_owned();
     let (scenario, tick_hz) = (scenario.name, scenario.clock.tick_hz);
     Ok(Look { fleet, scenario, mode, tick_hz, tick, robots, world, names, facts })
-}
-
-/// A file that the daemon left in the root of the fleet.
-fn read<T: serde::de::DeserializeOwned>(address: &Address, name: &str) -> Result<T, Failure> {
-    let path = address.file(name);
-    #[expect(clippy::disallowed_methods, reason = "the verb reads what the daemon left")]
-    let bytes = std::fs::read(&path)
-        .map_err(|error| Failure::environment(format!("fleet `{}`: `{}`: {error}", address.id(), path.display())))?;
-    codec::decode(&bytes).map_err(|error| {
-        Failure::environment(format!("fleet `{}`: `{}`: {error}", address.id(), path.display()))
-            .hint("all processes of a fleet must come from the same build")
-    })
 }
 
 impl Look {

@@ -1,5 +1,7 @@
 //! `shoal ps`: the robots of the running fleets.
 
+mod unanswered;
+
 use super::fleet;
 use crate::cli::{Format, PsArgs};
 use crate::exit::{self, Failure};
@@ -13,7 +15,8 @@ use serde_json::{Value, json};
 /// A newest tick that is older is worth a word, s.
 const TICK_AGE_S_MAX: f64 = 1.0;
 
-/// Shows them. Exit code 3 if a daemon does not answer; the others are shown all the same.
+/// Shows them. A fleet whose daemon does not answer is shown as far as it can be seen without it, which is said; exit code
+/// 3 if it cannot be seen at all.
 ///
 /// # Errors
 /// When the fleet that was named is not running.
@@ -24,7 +27,12 @@ pub fn run(options: &PsArgs) -> Result<i32, Failure> {
     };
     let (mut fleets, mut failures) = (Vec::new(), Vec::new());
     for address in &addresses {
-        match status(address) {
+        match status(address).or_else(|failure: Failure| {
+            let seen = unanswered::status(address).map_err(|_| failure.clone())?;
+            out::talk(&format!("fleet {}: {}", address.id(), failure.message()));
+            out::talk(&format!("fleet {}: shown is what can be seen without its daemon", address.id()));
+            Ok::<Status, Failure>(seen)
+        }) {
             Ok(status) => fleets.push((address.id(), status)),
             // It has ended since it was listed.
             Err(_) if !address.root().exists() => {}
