@@ -1,6 +1,9 @@
 //! A second terminal: `ps`, `add` and `task send` while the fleet runs.
 
-use crate::support::{PrivateShm, Run, assert_clean, lanes, run, shoal, signal, wait_for};
+use crate::support::{PrivateShm, Run, assert_clean, lanes, run, shoal, signal, stop, wait_for};
+use bus::{Node, OrderSender};
+use protocol::Seat;
+use protocol::daemon_to_world::{Absence, Order};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -108,13 +111,47 @@ fn a_robot_can_be_added_to_a_fleet_in_lockstep() {
     assert!(ended.event("joined", "late")["tick"].as_u64().unwrap() > 20, "{ended}");
 }
 
+/// What the daemon says of a life that is over, or of a robot that is not there yet, comes late or too early. It must not
+/// fall on the robot that has the place now, or later.
+#[test]
+fn an_order_about_nobody_silences_nobody() {
+    let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(2, 1.0));
+    let run = Run::scenario(&scenario).mode("realtime").set("world.y_m=[-4, 8]").set("fleet.max_robots=3");
+    let mut fleet = run.set("fleet.command_timeout_s=30").start();
+    let (root, id, daemon) = (fleet.root(), fleet.id(), fleet.daemon());
+    fleet.wait_tick(1);
+    // In the daemon's place, and with its voice.
+    stop(daemon);
+    let node = Node::new(&fleet.address(), "test").unwrap();
+    let mut orders = OrderSender::open(&node).unwrap();
+    for (slot, incarnation) in [(2, 0), (0, 7), (1, 1), (999, 0), (u32::MAX, u32::MAX)] {
+        let died = Absence::Died { signal: Some(9), code: None, words: String::new() };
+        orders.send(&Order::Absent { seat: Seat { slot, incarnation }, cause: died }).unwrap();
+    }
+    fleet.gate().ring_world();
+    drop((orders, node));
+    let tick = fleet.tick();
+    fleet.wait_tick(tick + 5);
+    signal(daemon, Signal::CONT);
+
+    shoal(&["add", "--fleet", &id, "--id", "late", "--start", "0,-2", "--goal", "1,-2"]).expect(0);
+    let gate = fleet.gate();
+    wait_for("all to arrive", || (gate.progress().arrived == 3).then_some(()));
+    signal(daemon, Signal::INT);
+    let ended = fleet.wait().expect(130);
+    assert!(["a", "b", "late"].iter().all(|id| ended.arrived(id)), "{ended}");
+    let kinds = ended.report["events"].as_array().unwrap().iter().map(|event| event["kind"].as_str().unwrap());
+    assert!(kinds.into_iter().all(|kind| ["joined", "arrived"].contains(&kind)), "{ended}");
+    assert_clean(&root);
+}
+
 #[test]
 fn a_daemon_that_does_not_answer_is_named() {
     let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(1, 1.0));
     let mut fleet = Run::scenario(&scenario).mode("realtime").start();
     let id = fleet.id();
     fleet.wait_tick(1);
-    crate::support::stop(fleet.daemon());
+    stop(fleet.daemon());
     shoal(&["task", "send", "a", "0,0", "--fleet", &id]).expect_failure(3, &["daemon", "stopped or killed"]);
     // What can be seen without it is shown.
     let ps = shoal(&["ps", "--fleet", &id, "--format", "json"]).expect(0);

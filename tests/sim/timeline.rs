@@ -217,3 +217,14 @@ fn tasks_queue_or_take_over() {
     assert_eq!(report.outcome.makespan_s, Some(arrivals[1] as f64 * 0.02), "up to its last goal");
     assert_eq!((report.per_robot[0].tasks_done, report.per_robot[0].path_ratio), (1, None));
 }
+
+#[test]
+fn tasks_that_a_robot_cannot_keep_are_in_the_report() {
+    let tasks: String =
+        (0..70).map(|i| event(1.0, "task", "a", &format!("goal_m = [{}, 5]", f64::from(i) * 0.05))).collect();
+    let run = run(&(robot("a", [-6.0, 0.0], [0.0, 0.0]) + &tasks));
+    let (taken, ignored) = (run.events(0, "task").count(), run.events(0, "ignored").count());
+    assert_eq!((taken, ignored), (64, 6), "as many wait as a robot keeps");
+    let told = run.report().events.into_iter().filter(|event| event.kind == "ignored");
+    assert!(told.into_iter().all(|event| event.detail == "timeline: too many goals are waiting"));
+}
