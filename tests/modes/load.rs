@@ -32,12 +32,12 @@ fn on_one_processor() {
 /// robot takes that long itself: it waits for a processor.
 #[test]
 fn a_fleet_that_gives_way_to_others_loses_nobody() {
-    let scenario = "ring-15 --robots 40 --duration 0.1 --set fleet.straggler_limit_s=0.3 \
+    let scenario = "ring-15 --robots 30 --duration 0.1 --set fleet.straggler_limit_s=0.2 \
                     --set defaults.radius_m=0.1 --set defaults.radio_range_m=100";
     let single = report(&format!("{scenario} --mode single"));
     let _place = Place::take();
     let mut hogs = [(); 4].map(|()| Run::new("sh").args(["-c", "while :; do :; done"]).start());
-    let run = Run::new("nice").args(["-n", "19", SHOAL]).words("run --format json --mode lockstep").words(scenario);
+    let run = Run::new("nice").args(["-n", "17", SHOAL]).words("run --format json --mode lockstep").words(scenario);
     let ended = run.end();
     assert!(hogs.iter_mut().all(|hog| hog.runs()), "the hogs were there all the time");
     let lockstep = report_of(&ended);
