@@ -131,7 +131,7 @@ fn orders_arrive_in_order_however_many_there_are() {
     let mut sender = OrderSender::open(&fleet.daemon).unwrap();
     let mut receiver = OrderReceiver::open(&fleet.other).unwrap();
     assert_eq!(receiver.take(), None);
-    let order = |task| Order::Task { task, slot: task % 6, goal_m: [f64::from(task), 0.5], now: false };
+    let order = |task| Order::Task { task, slot: task % 6, goal_m: [f64::from(task), 0.5], yaw_rad: None, now: false };
     let count = 40_000;
     (0..count).for_each(|task| sender.send(&order(task)).unwrap());
     assert!(sender.flush() > 0, "this is more than the ring holds");

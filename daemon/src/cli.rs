@@ -12,7 +12,7 @@ pub use check::*;
 pub use fleet::*;
 pub use internal::*;
 pub use run::*;
-pub use values::{parse_duration, parse_point};
+pub use values::{Pose, parse_duration, parse_point, parse_pose};
 
 use clap::{Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;

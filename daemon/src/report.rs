@@ -80,6 +80,8 @@ impl RunFacts {
 pub struct RobotFacts {
     /// Its name.
     pub id: String,
+    /// How often it goes through its goals; `None` is forever.
+    pub rounds: Option<u32>,
     /// Its method.
     pub planner: String,
 }
@@ -87,7 +89,7 @@ pub struct RobotFacts {
 impl RobotFacts {
     /// Of a robot of a scenario, or of one that was added.
     pub fn of(robot: &scenarios::Robot) -> RobotFacts {
-        RobotFacts { id: robot.id.clone(), planner: robot.planner.clone() }
+        RobotFacts { id: robot.id.clone(), rounds: robot.rounds, planner: robot.planner.clone() }
     }
 }
 
@@ -330,6 +332,12 @@ pub struct OutcomeReport {
 /// How one robot did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotReport {
+    /// How often it went through its goals; null for a robot that goes through them once.
+    #[serde(default)]
+    pub rounds: Option<u32>,
+    /// It goes through them forever: it never arrives, and is not expected to.
+    #[serde(default)]
+    pub patrols: bool,
     /// Its name.
     pub id: String,
     /// Its method.

@@ -28,6 +28,8 @@ pub enum Order {
         slot: u32,
         /// The goal, m.
         goal_m: [f64; 2],
+        /// The heading that the robot is to have there, rad; `None` is any.
+        yaw_rad: Option<f64>,
         /// At once, or behind the goals that are waiting.
         now: bool,
     },

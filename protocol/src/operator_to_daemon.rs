@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
 /// anything else.
-pub const PROTOCOL_VERSION: u32 = 2;
+pub const PROTOCOL_VERSION: u32 = 3;
 
 /// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,8 @@ pub enum Request {
         robot: String,
         /// The goal, m.
         goal_m: [f64; 2],
+        /// The heading that it is to have there, rad; `None` is any.
+        yaw_rad: Option<f64>,
         /// At once, or behind the goals that are waiting.
         now: bool,
     },
@@ -35,6 +37,8 @@ pub struct NewRobot {
     pub start_yaw_rad: Option<f64>,
     /// Its goal, m.
     pub goal_m: [f64; 2],
+    /// The heading that it is to have there, rad; `None` is any.
+    pub goal_yaw_rad: Option<f64>,
     /// Its method.
     pub planner: Option<String>,
     /// How it moves: `point` or `unicycle`; arms are built in with the scenario.

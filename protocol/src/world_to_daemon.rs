@@ -133,6 +133,8 @@ pub struct RobotOutcome {
     pub tasks_done: u32,
     /// Goals reached in all.
     pub goals_done: u32,
+    /// How often it has gone through the goals that it had from the start.
+    pub rounds_done: u32,
     /// Not arrived, and hardly moving over the last 10 s.
     pub deadlocked: bool,
     /// Smoothness (log dimensionless jerk), 0 is best; `None` for a robot that never moved.

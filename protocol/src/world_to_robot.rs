@@ -12,7 +12,7 @@ pub const MAX_SENSED: usize = MAX_SHAPES + MAX_ROBOTS;
 /// Where a robot is, and where it is to go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.Odometry.v2")]
+#[type_name("shoal.Odometry.v3")]
 pub struct Odometry {
     /// Tick of this state.
     pub tick: u64,
@@ -36,6 +36,8 @@ pub struct Odometry {
     pub goal_x_m: f64,
     /// Where the goal is now, m.
     pub goal_y_m: f64,
+    /// The heading that the robot is to have there, rad; it counts with [`Odometry::FLAG_GOAL_YAW`].
+    pub goal_yaw_rad: f64,
     /// Which life of the robot this is for.
     pub incarnation: u32,
     /// Goals reached so far.
@@ -53,6 +55,8 @@ impl Odometry {
     pub const FLAG_ARRIVED: u32 = 2;
     /// The robot has left for good: its process should end.
     pub const FLAG_LEFT: u32 = 4;
+    /// The goal has a heading.
+    pub const FLAG_GOAL_YAW: u32 = 8;
 
     /// Whether a flag is set.
     pub fn has(&self, flag: u32) -> bool {

@@ -70,12 +70,16 @@ fn kinds() -> Vec<Kind> {
     let mut orders = vec![
         Order::Admit { slot: 3, robot: robot() },
         Order::Remove { slot: 3 },
-        Order::Task { task: 1, slot: 3, goal_m: [1.0, 2.0], now: true },
+        Order::Task { task: 1, slot: 3, goal_m: [1.0, 2.0], yaw_rad: None, now: true },
         Order::Stop,
     ];
     orders.extend(absences.map(|cause| Order::Absent { seat, cause }));
     vec![
-        kind(&[Request::Status, Request::Add(new_robot), Request::Task { robot: text(), goal_m: [1.0; 2], now: true }]),
+        kind(&[
+            Request::Status,
+            Request::Add(new_robot),
+            Request::Task { robot: text(), goal_m: [1.0; 2], yaw_rad: Some(1.0), now: true },
+        ]),
         kind(&[
             Reply::Status(status),
             Reply::Added { robot: text(), slot: 3 },

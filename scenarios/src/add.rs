@@ -23,6 +23,8 @@ pub struct NewRobot {
     pub start_yaw_rad: Option<f64>,
     /// Its goals in order, m; none means that it stays where it starts.
     pub goals: Vec<Point2<f64>>,
+    /// The heading that it is to have at the last of them, rad; `None` is any.
+    pub goal_yaw_rad: Option<f64>,
     /// Its method; `None` is that of the defaults, with the defaults' parameters.
     pub planner: Option<String>,
     /// Parameters of its method.
@@ -82,12 +84,15 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
         start: request.start,
         start_yaw_rad,
         goals,
+        goal_yaw_rad: request.goal_yaw_rad,
+        rounds: Some(1),
         goal_motion: None,
         planner: planner.to_string(),
         params,
         id,
         ..template.clone()
     };
+    robots::check_goal_yaw(&robot, robot.goal_yaw_rad, "goal", here, &mut report);
     let at = |key: &str| (key.to_string(), here);
     let source = Source { id: at("id"), start: at("start"), goal: at("goal"), waypoints: at("goal"), late: true };
     let surfaces = Surfaces::new(&scenario.obstacles);
@@ -96,7 +101,7 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
 }
 
 /// What is wrong with a goal for a robot of a running fleet, if anything is.
-pub fn goal_problem(scenario: &Scenario, robot: &Robot, goal: Point2<f64>) -> Option<String> {
+pub fn goal_problem(scenario: &Scenario, robot: &Robot, goal: Point2<f64>, yaw_rad: Option<f64>) -> Option<String> {
     let mut report = Report::new(format!("robot `{}`", robot.id), Vec::new());
     if !goal.coords.iter().all(|x| x.is_finite()) {
         return Some(format!("[{}, {}] is no place", goal.x, goal.y));
@@ -104,5 +109,6 @@ pub fn goal_problem(scenario: &Scenario, robot: &Robot, goal: Point2<f64>) -> Op
     let surfaces = Surfaces::new(&scenario.obstacles);
     let ground = Ground { world: scenario.bounds, surfaces: &surfaces };
     ground.goal(robot, goal, "the goal", "", Origin::Whole, &mut report);
+    robots::check_goal_yaw(robot, yaw_rad, "", Origin::Whole, &mut report);
     report.finish().err().and_then(|problems| Some(problems.shown.first()?.to_string()))
 }

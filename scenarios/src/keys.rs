@@ -5,6 +5,9 @@ use crate::table::ROOT;
 /// No length, speed or time in a scenario is larger: beyond it a mistake is likelier than a wish.
 pub(crate) const LARGE: f64 = 1e6;
 
+/// No place is farther from the origin, m: northings of UTM fit, and positions are exact to two nanometres there.
+pub(crate) const FAR_M: f64 = 1e7;
+
 /// What a number may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Range {
@@ -20,6 +23,9 @@ pub(crate) struct Range {
 
 /// Any number that is no mistake.
 pub(crate) const ANY: Range = Range { min: -LARGE, min_included: true, max: LARGE, infinite: false };
+
+/// A coordinate.
+pub(crate) const COORDINATE: Range = Range { min: -FAR_M, min_included: true, max: FAR_M, infinite: false };
 
 /// What the value of a key must be.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +49,8 @@ pub(crate) enum Type {
     Choice(&'static [&'static str]),
     /// A pair of numbers `[x, y]`.
     Pair,
+    /// `[x, y]`, or `[x, y, yaw]`.
+    Pose,
     /// A number for each joint or link of an arm, the one at the base first.
     Joints(Range),
     /// A list of pairs.
@@ -58,6 +66,8 @@ pub(crate) enum Type {
     Interval,
     /// `"all"` or a whole number.
     AllOrCount,
+    /// `"forever"` or a whole number above 0.
+    ForeverOrCount,
     /// The name of a method.
     Planner,
     /// A table of parameters of one method.
@@ -75,8 +85,6 @@ pub(crate) enum Type {
 pub(crate) enum Preset {
     /// The key must be given.
     Required,
-    /// The key must be given, or this other one instead.
-    RequiredUnless(&'static str),
     /// Nothing.
     Absent,
     /// This value, as TOML.

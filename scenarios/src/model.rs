@@ -338,6 +338,12 @@ pub struct Robot {
     pub start_yaw_rad: f64,
     /// Its goals, in order; at least one. Those of an arm are for its tip.
     pub goals: Vec<Point2<f64>>,
+    /// The heading that it is to have at the last of them, rad; `None` is any.
+    pub goal_yaw_rad: Option<f64>,
+    /// That heading counts as reached within this angle, rad.
+    pub goal_yaw_tolerance_rad: f64,
+    /// How often it goes through its goals, at least once; `None` is forever: it never arrives.
+    pub rounds: Option<u32>,
     /// How its last goal moves; `None` stands still.
     pub goal_motion: Option<Motion>,
     /// A goal counts as reached within this distance, m.
@@ -413,6 +419,8 @@ pub enum What {
         robot: usize,
         /// The goal, m.
         goal: Point2<f64>,
+        /// The heading that the robot is to have there, rad; `None` is any.
+        yaw_rad: Option<f64>,
         /// Head there at once and forget the goals that were waiting; otherwise queue behind them.
         now: bool,
     },

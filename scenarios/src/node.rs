@@ -26,6 +26,7 @@ pub(crate) enum Value {
     Float(f64),
     Int(i128),
     Pair([f64; 2]),
+    Pose([f64; 2], Option<f64>),
     Pairs(Vec<[f64; 2]>),
     Numbers(Vec<u16>),
     Node(Node),
@@ -113,7 +114,7 @@ impl Node {
 
     pub(crate) fn pair(&self, name: &str) -> Option<[f64; 2]> {
         match self.value(name) {
-            Some(Value::Pair(pair)) => Some(*pair),
+            Some(Value::Pair(pair) | Value::Pose(pair, _)) => Some(*pair),
             _ => {
                 let text = preset(self.section.key(name, self.tag)?)?;
                 let (x, y) = text.trim_matches(['[', ']']).split_once(", ")?;
@@ -124,6 +125,14 @@ impl Node {
 
     pub(crate) fn point(&self, name: &str) -> Option<Point2<f64>> {
         self.pair(name).map(|[x, y]| Point2::new(x, y))
+    }
+
+    /// The heading that a pose has.
+    pub(crate) fn yaw(&self, name: &str) -> Option<f64> {
+        match self.value(name) {
+            Some(Value::Pose(_, yaw_rad)) => *yaw_rad,
+            _ => None,
+        }
     }
 
     pub(crate) fn points(&self, name: &str) -> Vec<Point2<f64>> {

@@ -2,17 +2,17 @@
 
 use crate::arm;
 use crate::check::{self, Ground, Source, Surfaces};
-use crate::keys::{LARGE, Type};
+use crate::keys::{FAR_M, Type};
 use crate::layout::{self, Surroundings};
 use crate::model::*;
 use crate::node::{Node, Value};
 use crate::obstacles;
 use crate::problems::{Origin, Report};
 use crate::processes;
-use crate::robots::{Layers, Place};
+use crate::robots::{self, Layers, Place};
 use crate::table::ROOT;
 use crate::timeline::{self, Stage};
-use crate::warnings;
+use crate::{walk, warnings};
 use nalgebra::Point2;
 use planners::{Capsule, Kind};
 use std::collections::{HashMap, HashSet};
@@ -78,7 +78,7 @@ fn section(root: &Node, name: &str) -> Node {
 fn bounds(node: &Node) -> Bounds {
     // An edge that could not be read is no edge: the robots are not to blame.
     let side = |key: &str| match node.value(key) {
-        Some(Value::Wrong) => [-LARGE, LARGE],
+        Some(Value::Wrong) => [-FAR_M, FAR_M],
         _ => node.pair(key).unwrap_or_default(),
     };
     Bounds { x_m: side("x_m"), y_m: side("y_m") }
@@ -177,8 +177,17 @@ impl Crew {
         report: &mut Report,
     ) -> Crew {
         let late = timeline::late(root);
-        let alone: Vec<(Robot, Source)> =
-            (root.nodes("robot").iter()).map(|node| single(node, layers, ground, &late, report)).collect();
+        let pattern = root.node("layout").map(Pattern::of);
+        // Of entries with one id, the first is that of the layout's robot.
+        let mut of_layout: HashMap<usize, &Node> = HashMap::new();
+        let mut alone: Vec<(Robot, Source)> = Vec::new();
+        for node in root.nodes("robot") {
+            let index = pattern.as_ref().and_then(|pattern| pattern.index_of(node.text("id")?));
+            match index.filter(|index| !of_layout.contains_key(index)) {
+                Some(index) => drop(of_layout.insert(index, node)),
+                None => alone.push(single(node, None, layers, ground, &late, report)),
+            }
+        }
         let mut complete = alone.iter().all(|(robot, _)| !robot.id.is_empty())
             && !matches!(root.value("robot"), Some(Value::Wrong))
             && !matches!(root.value("layout"), Some(Value::Wrong));
@@ -201,7 +210,16 @@ impl Crew {
                     .collect::<Vec<_>>(),
             };
             match layout::places(node, &around, report).filter(|_| template.kind != Kind::TwoLinkArm) {
-                Some(places) => members = in_layout(node, places, layers, &late, report),
+                Some(places) => {
+                    let at = |(index, place): (usize, [Point2<f64>; 2])| {
+                        let id = pattern.as_ref().map(|pattern| pattern.id(index)).unwrap_or_default();
+                        match of_layout.get(&index) {
+                            Some(own) => single(own, Some(place), layers, ground, &late, report),
+                            None => in_layout(node, id, place, layers, &late, report),
+                        }
+                    };
+                    members = places.into_iter().enumerate().map(at).collect();
+                }
                 None => complete = false,
             }
         }
@@ -233,16 +251,52 @@ impl Crew {
     }
 }
 
-/// A robot that stands alone.
+/// The ids of a layout.
+struct Pattern<'a> {
+    prefix: &'a str,
+    count: usize,
+}
+
+impl<'a> Pattern<'a> {
+    fn of(node: &'a Node) -> Pattern<'a> {
+        let count = node.int("robots").and_then(|count| usize::try_from(count).ok()).unwrap_or(0);
+        Pattern { prefix: node.text("id_prefix").unwrap_or_default(), count }
+    }
+
+    fn id(&self, index: usize) -> String {
+        let digits = (self.count.max(1) - 1).to_string().len().max(2);
+        format!("{}{index:0digits$}", self.prefix)
+    }
+
+    /// Which robot of the layout has this id.
+    fn index_of(&self, id: &str) -> Option<usize> {
+        let index = id.strip_prefix(self.prefix)?.parse().ok()?;
+        (index < self.count && self.id(index) == id).then_some(index)
+    }
+}
+
+/// A robot that stands alone, or one of a layout about which something is different.
 fn single(
     node: &Node,
+    layout: Option<[Point2<f64>; 2]>,
     layers: &Layers<'_>,
     ground: &Ground<'_>,
     late: &HashSet<&str>,
     report: &mut Report,
 ) -> (Robot, Source) {
     let id = node.text("id").unwrap_or_default();
-    let mut goal = node.point("goal_m").unwrap_or(NOWHERE);
+    if layout.is_none() {
+        let unplaced = !node.has("start_m") && !node.has("start_joints_rad");
+        for name in [("start_m", unplaced), ("goal_m", !node.has("goal_m"))].iter().filter(|(_, lacks)| *lacks) {
+            let hint = node.section.key(name.0, None).map(walk::describe_key).unwrap_or_default();
+            report.add_hint(node.origin, &node.path, format!("needs `{}`", name.0), format!("{}: {hint}", name.0));
+        }
+    }
+    let place = |name: &str, of_layout: Option<Point2<f64>>| match of_layout.filter(|_| !node.has(name)) {
+        Some(place) => place,
+        None => node.point(name).unwrap_or(NOWHERE),
+    };
+    let mut goal = place("goal_m", layout.map(|[_, goal]| goal));
     let goal_motion = match node.node("goal_motion") {
         Some(motion) if goal != NOWHERE => obstacles::motion(motion, goal, ground.world, report),
         _ => None,
@@ -252,8 +306,9 @@ fn single(
     }
     let mut goals = node.points("waypoints_m");
     goals.push(goal);
-    let start = node.point("start_m").unwrap_or(NOWHERE);
-    let place = Place { id: id.to_string(), start, goals, goal_motion };
+    let start = place("start_m", layout.map(|[start, _]| start));
+    let goal_yaw_rad = node.yaw("goal_m");
+    let place = Place { id: id.to_string(), start, goals, goal_yaw_rad, goal_motion };
     let at = |key: &str| (node.key(key), node.at(key));
     let source = Source {
         id: at("id"),
@@ -263,29 +318,29 @@ fn single(
         late: late.contains(id),
     };
     let mut robot = layers.robot(Some(node), place, report);
-    if robot.kind == Kind::TwoLinkArm {
+    robots::check_goal_yaw(&robot, goal_yaw_rad, &node.key("goal_m"), node.at("goal_m"), report);
+    robots::check_rounds(&robot, node, report);
+    if robot.kind == Kind::TwoLinkArm && layout.is_some() {
+        let message = "a robot of the layout cannot be an arm";
+        report.add_hint(node.at("kind"), &node.key("kind"), message, "give the arm an id of its own, and base_m");
+    } else if robot.kind == Kind::TwoLinkArm {
         arm::stand(&mut robot, node, layers.arm, ground.surfaces, report);
     }
     (robot, source)
 }
 
-/// The robots of a layout.
+/// A robot of a layout.
 fn in_layout(
     node: &Node,
-    places: Vec<[Point2<f64>; 2]>,
+    id: String,
+    [start, goal]: [Point2<f64>; 2],
     layers: &Layers<'_>,
     late: &HashSet<&str>,
     report: &mut Report,
-) -> Vec<(Robot, Source)> {
-    let prefix = node.text("id_prefix").unwrap_or_default();
-    let digits = (places.len() - 1).to_string().len().max(2);
-    let member = |(index, [start, goal]): (usize, [Point2<f64>; 2])| {
-        let id = format!("{prefix}{index:0digits$}");
-        let at = || (node.path.clone(), node.origin);
-        let source = Source { id: at(), start: at(), goal: at(), waypoints: at(), late: late.contains(id.as_str()) };
-        (layers.robot(None, Place::at(id, start, vec![goal]), report), source)
-    };
-    places.into_iter().enumerate().map(member).collect()
+) -> (Robot, Source) {
+    let at = || (node.path.clone(), node.origin);
+    let source = Source { id: at(), start: at(), goal: at(), waypoints: at(), late: late.contains(id.as_str()) };
+    (layers.robot(None, Place::at(id, start, vec![goal]), report), source)
 }
 
 fn unique(robots: &[Robot], sources: &[Source], report: &mut Report) {

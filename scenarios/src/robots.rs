@@ -27,13 +27,14 @@ pub(crate) struct Place {
     pub(crate) id: String,
     pub(crate) start: Point2<f64>,
     pub(crate) goals: Vec<Point2<f64>>,
+    pub(crate) goal_yaw_rad: Option<f64>,
     pub(crate) goal_motion: Option<Motion>,
 }
 
 impl Place {
     /// A place with goals that stand still.
     pub(crate) fn at(id: String, start: Point2<f64>, goals: Vec<Point2<f64>>) -> Place {
-        Place { id, start, goals, goal_motion: None }
+        Place { id, start, goals, goal_yaw_rad: None, goal_motion: None }
     }
 }
 
@@ -102,6 +103,9 @@ impl<'a> Layers<'a> {
             start: place.start,
             start_yaw_rad: body.given("start_yaw_rad").unwrap_or_else(|| yaw(towards)),
             goals: place.goals,
+            goal_yaw_rad: place.goal_yaw_rad,
+            goal_yaw_tolerance_rad: body.float("goal_yaw_tolerance_rad"),
+            rounds: node.map_or(Some(1), |node| rounds(node)),
             goal_motion: place.goal_motion,
             goal_tolerance_m: body.float("goal_tolerance_m"),
             planner,
@@ -189,6 +193,42 @@ fn in_force<'a>(layers: &[Option<&'a Node>]) -> Vec<(Option<&'a Node>, &'a str)>
         result.push((Some(layer), method));
     }
     result
+}
+
+/// How often a robot goes through its goals.
+fn rounds(node: &Node) -> Option<u32> {
+    match node.value("rounds") {
+        Some(Value::Word(_)) => None,
+        Some(Value::Int(count)) => Some(*count as u32),
+        _ => Some(1),
+    }
+}
+
+/// Reports a heading that a body cannot turn to.
+pub(crate) fn check_goal_yaw(robot: &Robot, yaw_rad: Option<f64>, key: &str, origin: Origin, report: &mut Report) {
+    if yaw_rad.is_some() && robot.kind != Kind::Unicycle {
+        let message = format!("a {} does not turn: it has no heading at its goal", robot.kind.word());
+        report.add_hint(origin, key, message, "leave the third number out, or make it a unicycle");
+    }
+}
+
+/// Reports rounds that lead nowhere.
+pub(crate) fn check_rounds(robot: &Robot, node: &Node, report: &mut Report) {
+    if robot.rounds == Some(1) {
+        return;
+    }
+    let (key, origin) = (node.key("rounds"), node.at("rounds"));
+    if robot.goals.len() < 2 {
+        report.add_hint(origin, &key, "there is only one goal to go round", "add waypoints_m");
+    }
+    if robot.goal_motion.is_some() {
+        report.add_hint(
+            origin,
+            &key,
+            "a goal that moves is followed, not gone round",
+            "leave goal_motion or rounds out",
+        );
+    }
 }
 
 /// Values by layer, strongest first.

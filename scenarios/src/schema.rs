@@ -1,6 +1,6 @@
 //! The key table in two other forms: JSON Schema for editors, text for people.
 
-use crate::keys::{Key, Preset, Range, Section, Type, all_sections};
+use crate::keys::{COORDINATE, Key, Preset, Range, Section, Type, all_sections};
 use crate::node::join;
 use crate::table::ROOT;
 use crate::walk::{describe_range, describe_type};
@@ -55,19 +55,13 @@ fn object_schema(about: &str, section: &Section, tag: Option<&'static str>) -> V
         })
         .collect();
     let required: Vec<&str> = keys.iter().filter(|key| key.preset == Preset::Required).map(|key| key.name).collect();
-    let mut schema = json!({
+    json!({
         "description": about,
         "type": "object",
         "properties": properties,
         "required": required,
         "additionalProperties": false,
-    });
-    for key in keys {
-        if let Preset::RequiredUnless(other) = key.preset {
-            schema["anyOf"] = json!([{ "required": [key.name] }, { "required": [other] }]);
-        }
-    }
-    schema
+    })
 }
 
 fn key_schema(key: &Key) -> Value {
@@ -90,14 +84,14 @@ fn key_schema(key: &Key) -> Value {
         Preset::Computed(words) => {
             let _ = write!(about, " Default: {words}.");
         }
-        Preset::Required | Preset::RequiredUnless(_) | Preset::Absent => {}
+        Preset::Required | Preset::Absent => {}
     }
     fields.insert("description".to_string(), json!(about));
     schema
 }
 
 fn type_schema(ty: Type) -> Value {
-    let point = || json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 });
+    let point = || json!({ "type": "array", "items": number(COORDINATE), "minItems": 2, "maxItems": 2 });
     match ty {
         Type::Text(max) => json!({ "type": "string", "maxLength": max }),
         Type::Id(max) => json!({ "type": "string", "pattern": format!("^[a-z][a-z0-9_-]{{0,{}}}$", max - 1) }),
@@ -108,6 +102,7 @@ fn type_schema(ty: Type) -> Value {
         }
         Type::Choice(words) => json!({ "enum": words }),
         Type::Pair | Type::Interval => point(),
+        Type::Pose => json!({ "type": "array", "items": number(COORDINATE), "minItems": 2, "maxItems": 3 }),
         Type::Joints(range) => json!({ "type": "array", "items": number(range), "minItems": 2, "maxItems": 2 }),
         Type::Pairs { min, max } => json!({ "type": "array", "items": point(), "minItems": min, "maxItems": max }),
         Type::Numbers(max) => {
@@ -115,6 +110,7 @@ fn type_schema(ty: Type) -> Value {
             json!({ "type": "array", "items": number, "minItems": 1, "uniqueItems": true })
         }
         Type::AllOrCount => json!({ "anyOf": [{ "const": "all" }, { "type": "integer", "minimum": 0 }] }),
+        Type::ForeverOrCount => json!({ "anyOf": [{ "const": "forever" }, { "type": "integer", "minimum": 1 }] }),
         Type::Planner => json!({ "enum": METHODS.iter().map(|method| method.name).collect::<Vec<_>>() }),
         Type::Params => {
             let methods: Vec<Value> =
@@ -238,9 +234,6 @@ fn key_help(key: &Key) -> String {
     }
     match key.preset {
         Preset::Required => text.push_str("; required"),
-        Preset::RequiredUnless(other) => {
-            let _ = write!(text, "; required unless {other} is given");
-        }
         Preset::Absent => {}
         Preset::Value(value) => {
             let _ = write!(text, "; default {value}");

@@ -41,7 +41,8 @@ pub(crate) static ROOT: Section = Section {
 
 static WORLD: Section = Section {
     title: "[world]",
-    help: "The edges of the world. They are not walls, but starts and goals must lie inside.",
+    help: "The edges of the world. They are not walls, but starts and goals must lie inside. No coordinate may be larger \
+           than 1e7 m.",
     tag: None,
     groups: &[&[
         preset("x_m", Interval, "[-10, 10]", "Smallest and largest x."),
@@ -201,17 +202,32 @@ pub(crate) static KINDS_ARM: Section =
 
 pub(crate) static ROBOT: Section = Section {
     title: "[[robot]]",
-    help: "One robot. What it does not say comes from `[kinds]`, then `[defaults]`, then the values here.",
+    help: "One robot; with the id of a robot of the layout, what is different about that one. What it does not say comes \
+           from the layout, from `[kinds]`, then `[defaults]`, then the values here.",
     tag: None,
     groups: &[
         &[
             required("id", Id(32), "Its name."),
-            Key {
-                preset: Preset::RequiredUnless("start_joints_rad"),
-                ..optional("start_m", Pair, "Where it starts; of an arm, its tip.")
-            },
-            required("goal_m", Pair, "Its last goal; of an arm, for its tip."),
+            computed(
+                "start_m",
+                Pair,
+                "that of the layout; a robot that no layout has needs it",
+                "Where it starts; of an arm, its tip.",
+            ),
+            computed(
+                "goal_m",
+                Pose,
+                "that of the layout; a robot that no layout has needs it",
+                "Its last goal; of an arm, for its tip. A third number is the heading that a unicycle is to have there, rad.",
+            ),
             preset("waypoints_m", Pairs { min: 0, max: MAX_GOALS - 1 }, "[]", "Goals before the last one, in order."),
+            preset(
+                "rounds",
+                ForeverOrCount,
+                "1",
+                "How often it goes through its waypoints and its last goal. One that does so forever never arrives, and is \
+                 not expected to.",
+            ),
             optional("goal_motion", Table(&MOTION), "How its last goal moves."),
             KIND_KEY,
         ],
@@ -285,6 +301,12 @@ const BODY: &[Key] = &[
         "Greatest change of turn rate of a unicycle, and of each joint rate of an arm.",
     ),
     preset("goal_tolerance_m", Float(POSITIVE), "0.1", "A goal counts as reached within this distance."),
+    preset(
+        "goal_yaw_tolerance_rad",
+        Float(POSITIVE),
+        "0.1",
+        "A heading at a goal counts as reached within this angle.",
+    ),
     preset("planner", Planner, "\"decentralized-apf\"", "Its method."),
     optional("params", Params, "Parameters of its method; stronger than `[planners]`."),
     preset(
@@ -430,7 +452,7 @@ static EVENT: Section = Section {
             "A robot enters (it is absent before), goes, is given a goal, loses its process, or is stopped for a while; or the radio changes.",
         ),
         required("robot", Text(32), "Id of the robot.").only(&["join", "leave", "task", "kill", "pause"]),
-        required("goal_m", Pair, "The goal.").only(&["task"]),
+        required("goal_m", Pose, "The goal; a third number is the heading of a unicycle there, rad.").only(&["task"]),
         preset("now", Bool, "false", "Head there at once and forget the goals that were waiting.").only(&["task"]),
         required("for_s", Float(POSITIVE), "For how long; rounded to ticks, at least one.").only(&["pause"]),
         optional("robot", Text(32), "Id of the robot that hears like this; without it, all do.").only(&["radio"]),

@@ -4,6 +4,7 @@ use crate::check::Ground;
 use crate::model::{Clock, Event, Radio, Robot, What};
 use crate::node::Node;
 use crate::problems::{Report, known};
+use crate::robots;
 use std::collections::{HashMap, HashSet};
 
 /// Ids of robots that enter later.
@@ -71,11 +72,17 @@ impl Stage<'_> {
             let robot = &self.robots[robot];
             let what = format!("the task of `{}`", robot.id);
             self.ground.goal(robot, goal, &what, &node.key("goal_m"), node.at("goal_m"), report);
+            robots::check_goal_yaw(robot, node.yaw("goal_m"), &node.key("goal_m"), node.at("goal_m"), report);
         }
         let what = match node.tag? {
             "join" => What::Join { robot: robot? },
             "leave" => What::Leave { robot: robot? },
-            "task" => What::Task { robot: robot?, goal: node.point("goal_m")?, now: node.bool("now")? },
+            "task" => What::Task {
+                robot: robot?,
+                goal: node.point("goal_m")?,
+                yaw_rad: node.yaw("goal_m"),
+                now: node.bool("now")?,
+            },
             "kill" => What::Kill { robot: robot? },
             "pause" => {
                 let ticks = self.tick(node.float("for_s")?);

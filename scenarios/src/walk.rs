@@ -2,7 +2,7 @@
 //! known keys with values of the right type; what depends on more than one value is checked later.
 
 use crate::document::{Field, Raw, RawTable, RawValue, show};
-use crate::keys::{ANY, Key, LARGE, Preset, Range, Section, Type};
+use crate::keys::{ANY, COORDINATE, Key, LARGE, Preset, Range, Section, Type};
 use crate::node::{Block, Node, Value, join};
 use crate::problems::{Origin, Report, known, nearest};
 use crate::table::ROOT;
@@ -33,12 +33,7 @@ fn node(section: &'static Section, path: String, origin: Origin, table: RawTable
     if !matches!(tag, Tag::Wrong) {
         let given = |key: &str| entries.iter().any(|(name, ..)| *name == key);
         for key in section.keys().filter(|key| key.goes_with(tag.word())) {
-            let needed = match key.preset {
-                Preset::Required => true,
-                Preset::RequiredUnless(other) => !given(other),
-                Preset::Absent | Preset::Value(_) | Preset::Computed(_) => false,
-            };
-            if needed && section.tag != Some(key.name) && !given(key.name) {
+            if key.preset == Preset::Required && section.tag != Some(key.name) && !given(key.name) {
                 let what = if path.is_empty() { section.title } else { &path };
                 let message = format!("needs `{}`", key.name);
                 report.add_hint(origin, what, message, format!("{}: {}", key.name, describe_key(key)));
@@ -102,12 +97,29 @@ fn unknown(section: &Section, tag: Option<&str>, name: &str, path: &str, origin:
     let mut keys: Vec<&str> = section.keys().filter(|key| key.goes_with(tag)).map(|key| key.name).collect();
     keys.dedup();
     let mut hint = known(&format!("keys of {}", section.title), name, &keys);
-    if nearest(name, keys.iter().copied()).is_none()
+    if let Some(way) = expressed(name) {
+        hint = way.to_string();
+    } else if nearest(name, keys.iter().copied()).is_none()
         && let Some(elsewhere) = crate::keys::all_sections().into_iter().find(|other| other.key(name, None).is_some())
     {
         hint = format!("`{name}` belongs to {}", elsewhere.title);
     }
     report.add_hint(origin, path, format!("unknown key `{}`", name.escape_debug()), hint);
+}
+
+/// How to say what people look for under names of their own.
+fn expressed(name: &str) -> Option<&'static str> {
+    let plain = name.to_lowercase().replace('-', "_");
+    let is_one_of = |names: &[&str]| names.contains(&plain.as_str());
+    if is_one_of(&["goal_yaw", "goal_yaw_rad", "goal_heading", "goal_heading_rad", "goal_theta", "goal_theta_rad"]) {
+        Some("the heading at the goal is the third number of goal_m = [x, y, yaw]")
+    } else if is_one_of(&["loop", "repeat", "patrol", "waypoints_loop", "cyclic", "periodic"]) {
+        Some("a robot goes round its waypoints_m and its goal_m with rounds = \"forever\", or rounds = 3")
+    } else if is_one_of(&["turning_radius", "turning_radius_m", "min_turning_radius", "wheelbase_m"]) {
+        Some("the smallest turning radius of a car-like body is turning_radius_m_min")
+    } else {
+        None
+    }
 }
 
 fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Value {
@@ -150,6 +162,8 @@ fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Valu
         }
         (Type::AllOrCount, RawValue::Int(number)) if number >= 0 => Value::Int(number),
         (Type::AllOrCount, RawValue::Text(text)) if text == "all" => Value::Word("all"),
+        (Type::ForeverOrCount, RawValue::Int(number)) if (1..=u32::MAX.into()).contains(&number) => Value::Int(number),
+        (Type::ForeverOrCount, RawValue::Text(text)) if text == "forever" => Value::Word("forever"),
         (Type::Choice(words), RawValue::Text(text)) => match words.iter().find(|word| **word == text) {
             Some(word) => Value::Word(word),
             None => {
@@ -158,11 +172,14 @@ fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Valu
                 Value::Wrong
             }
         },
-        (Type::Pair, RawValue::List(list)) => pair(list, ANY, &path, origin, report).map_or(Value::Wrong, Value::Pair),
+        (Type::Pair, RawValue::List(list)) => {
+            pair(list, COORDINATE, &path, origin, report).map_or(Value::Wrong, Value::Pair)
+        }
+        (Type::Pose, RawValue::List(list)) => pose(list, &path, origin, report),
         (Type::Joints(range), RawValue::List(list)) => {
             pair(list, range, &path, origin, report).map_or(Value::Wrong, Value::Pair)
         }
-        (Type::Interval, RawValue::List(list)) => match pair(list, ANY, &path, origin, report) {
+        (Type::Interval, RawValue::List(list)) => match pair(list, COORDINATE, &path, origin, report) {
             Some([low, high]) if low < high => Value::Pair([low, high]),
             Some([low, high]) => {
                 report.add(origin, &path, format!("the first must be below the second, is [{low}, {high}]"));
@@ -263,7 +280,7 @@ fn pairs(list: Vec<Raw>, path: &str, report: &mut Report) -> Option<Vec<[f64; 2]
     for (index, item) in list.into_iter().enumerate() {
         let path = format!("{path}[{index}]");
         let point = match item.value {
-            RawValue::List(list) => pair(list, ANY, &path, item.origin, report),
+            RawValue::List(list) => pair(list, COORDINATE, &path, item.origin, report),
             other => {
                 report.add(item.origin, &path, format!("expected [x, y], found {}", other.describe()));
                 None
@@ -300,6 +317,30 @@ fn numbers(list: Vec<Raw>, max: u16, path: &str, origin: Origin, report: &mut Re
         }
     }
     (numbers.len() == count).then_some(numbers)
+}
+
+/// `[x, y]`, or `[x, y, yaw]`.
+fn pose(mut list: Vec<Raw>, path: &str, origin: Origin, report: &mut Report) -> Value {
+    if !(2..=3).contains(&list.len()) {
+        let message = format!("expected [x, y] or [x, y, yaw], found a list of {}", list.len());
+        report.add(origin, path, message);
+        return Value::Wrong;
+    }
+    let yaw = list.drain(2..).next();
+    let yaw_rad = yaw.map(|raw| match raw.value {
+        RawValue::Float(number) => float(ANY, number, &format!("{path}[2]"), raw.origin, report),
+        RawValue::Int(number) => float(ANY, number as f64, &format!("{path}[2]"), raw.origin, report),
+        other => {
+            let message = format!("expected a heading in rad, found {}", other.describe());
+            report.add(raw.origin, &format!("{path}[2]"), message);
+            Value::Wrong
+        }
+    });
+    match (pair(list, COORDINATE, path, origin, report), yaw_rad) {
+        (Some(at), None) => Value::Pose(at, None),
+        (Some(at), Some(Value::Float(yaw_rad))) => Value::Pose(at, Some(yaw_rad)),
+        _ => Value::Wrong,
+    }
 }
 
 fn pair(list: Vec<Raw>, range: Range, path: &str, origin: Origin, report: &mut Report) -> Option<[f64; 2]> {
@@ -376,11 +417,13 @@ pub(crate) fn describe_type(ty: Type) -> String {
         Type::Int { .. } => "a whole number".to_string(),
         Type::Choice(words) => format!("one of {}", words.join(", ")),
         Type::Pair => "[x, y]".to_string(),
+        Type::Pose => "[x, y] or [x, y, yaw]".to_string(),
         Type::Joints(_) => "[first, second]".to_string(),
         Type::Pairs { .. } => "a list of points [[x, y], ...]".to_string(),
         Type::Numbers(_) => "a list of whole numbers".to_string(),
         Type::Interval => "[low, high]".to_string(),
         Type::AllOrCount => "\"all\" or a whole number".to_string(),
+        Type::ForeverOrCount => "\"forever\" or a whole number above 0".to_string(),
         Type::Params => "a table of parameters".to_string(),
         Type::Methods => "a table of tables of parameters".to_string(),
         Type::Table(_) => "a table".to_string(),
@@ -388,6 +431,6 @@ pub(crate) fn describe_type(ty: Type) -> String {
     }
 }
 
-fn describe_key(key: &Key) -> String {
+pub(crate) fn describe_key(key: &Key) -> String {
     format!("{}. {}", describe_type(key.ty), key.help)
 }

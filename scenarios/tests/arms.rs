@@ -130,7 +130,7 @@ fn a_method_for_all_is_for_all_that_it_can_drive() {
 #[test]
 fn tasks_of_a_running_fleet_are_checked_for_arms_too() {
     let scenario = good("", "");
-    let problem = |x, y| goal_problem(&scenario, &scenario.robots[0], Point2::new(x, y));
+    let problem = |x, y| goal_problem(&scenario, &scenario.robots[0], Point2::new(x, y), None);
     assert_eq!(problem(0.0, -6.0), None);
     assert!(problem(1.0, 1.0).unwrap().contains("out of reach"));
     assert!(problem(0.0, 6.2).unwrap().contains("overlaps obstacle[1]"));
@@ -147,6 +147,7 @@ fn arms_are_not_added_to_a_running_fleet() {
         start: Point2::new(-6.0, -6.0),
         start_yaw_rad: None,
         goals: Vec::new(),
+        goal_yaw_rad: None,
         planner: None,
         params: Default::default(),
     };

@@ -277,6 +277,7 @@ fn request() -> NewRobot {
         start: Point2::new(3.0, 0.0),
         start_yaw_rad: None,
         goals: vec![Point2::new(3.0, 5.0)],
+        goal_yaw_rad: None,
         planner: None,
         params: ParamValues::new(),
     }
@@ -303,6 +304,7 @@ fn a_new_robot_is_checked_like_any_other() {
         id: Some("a".to_string()),
         radius_m: Some(-1.0),
         goals: vec![Point2::new(3.0, f64::NAN), Point2::new(30.0, 0.0)],
+        goal_yaw_rad: None,
         planner: Some("apff".to_string()),
         ..request()
     };

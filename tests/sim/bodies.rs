@@ -124,3 +124,77 @@ fn a_goal_behind_is_reached_backwards_with_every_method() {
         assert!(robot.time_s.is_some_and(|time_s| time_s < 4.0), "{}: {robot:?}", method.name);
     }
 }
+
+/// A unicycle docks with a heading, then gets a task with another one.
+const DOCK: &str = r#"
+[defaults]
+kind = "unicycle"
+radius_m = 0.3
+[[robot]]
+id = "d0"
+start_m = [3.635, 4]
+start_yaw_rad = -1.57
+goal_m = [-2.175, -4, 1.57]
+[[event]]
+kind = "task"
+at_s = 20
+robot = "d0"
+goal_m = [0, -4, -2]
+"#;
+
+#[test]
+fn a_robot_has_arrived_when_it_looks_as_it_is_to() {
+    for method in drive(Kind::Unicycle) {
+        let scenario = with(DOCK, method, &[]);
+        let recording = Recording::of(&scenario);
+        let robot = &recording.outcome.robots[0];
+        assert!(robot.arrived && (robot.goals_done, robot.tasks_done) == (2, 1), "{}: {robot:?}", method.name);
+        let off = |tick: u64, yaw_rad: f64| {
+            let frame = recording.frames.iter().find(|frame| frame.tick == tick).expect("the tick was run");
+            planners::drive::wrap(frame.robot(0).expect("it is there").yaw_rad - yaw_rad).abs()
+        };
+        assert!(off(robot.arrived_tick.expect("it arrived"), -2.0) <= 0.1, "{}", method.name);
+        let first = recording.outcome.events.iter().find(|event| event.kind == "arrived").expect("it docked");
+        assert!(first.tick < 1000 && off(first.tick, 1.57) <= 0.1, "{}: {first:?}", method.name);
+    }
+}
+
+/// Rounds of three goals; the second robot goes round until the time is up.
+const PATROL: &str = r#"
+[clock]
+duration_s = 60
+[[robot]]
+id = "twice"
+start_m = [-5, 0]
+waypoints_m = [[-5, 2], [-3, 2]]
+goal_m = [-3, 0]
+rounds = 2
+[[robot]]
+id = "guard"
+start_m = [5, 0]
+waypoints_m = [[5, 2], [3, 2]]
+goal_m = [3, 0]
+rounds = "forever"
+"#;
+
+#[test]
+fn robots_go_round() {
+    let recording = Recording::of(&parse("patrol", PATROL, &Overrides::default()).expect("it is valid"));
+    let [twice, guard] = &recording.outcome.robots[..] else { panic!("{:?}", recording.outcome) };
+    assert!(twice.arrived && (twice.goals_done, twice.rounds_done) == (6, 2), "{twice:?}");
+    assert!(!guard.arrived && guard.rounds_done >= 4 && guard.goals_done / 3 == guard.rounds_done, "{guard:?}");
+    let report = recording.report();
+    assert_eq!((report.ticks, report.exit_code), (3000, 0), "{:?}", report.unmet);
+    assert_eq!(
+        report.per_robot.iter().map(|robot| robot.rounds).collect::<Vec<_>>(),
+        [Some(2), Some(guard.rounds_done)]
+    );
+    assert!(report.outcome.arrived_all && report.outcome.arrived == 1);
+
+    // Goals that all lie within the tolerance are no endless tick; a task that is to be done now ends the patrol.
+    let here = PATROL.replace("[5, 2], [3, 2]", "[3, 0.01], [3, 0]");
+    let task = "[[event]]\nkind = \"task\"\nat_s = 30\nrobot = \"guard\"\ngoal_m = [4, 4]\nnow = true\n";
+    let recording = Recording::of(&parse("patrol", &(here + task), &Overrides::default()).expect("it is valid"));
+    let guard = &recording.outcome.robots[1];
+    assert!(guard.arrived && guard.tasks_done == 1 && guard.rounds_done > 100, "{guard:?}");
+}

@@ -153,7 +153,7 @@ fn run(seed: u64) -> (usize, usize, usize) {
             0..6 => {
                 let (robot, now) = (ids[below(ids.len())].to_owned(), below(20) == 0);
                 let goal_m = [10.0 + below(20) as f64, below(30) as f64];
-                fleet.ask(&Request::Task { robot, goal_m, now });
+                fleet.ask(&Request::Task { robot, goal_m, yaw_rad: None, now });
             }
             6 if added < 6 => {
                 let place = 10.0 + 3.0 * added as f64;

@@ -64,7 +64,7 @@ pub fn recompute(scenario: &Scenario, frames: &[Frame]) -> Truth {
         let tick = before.tick;
         assert_eq!(after.tick, tick + 1, "a frame is missing");
         for event in scenario.events.iter().filter(|event| event.tick == tick) {
-            if let What::Task { robot, goal, now } = event.what
+            if let What::Task { robot, goal, now, .. } = event.what
                 && after.robot(robot).is_some()
             {
                 referees[robot].task(goal, now);

@@ -22,6 +22,8 @@ pub(crate) enum Source {
 #[derive(Clone, Copy, Debug)]
 struct Goal {
     at: Point2<f64>,
+    /// The heading to have there, rad; `None` is any.
+    yaw_rad: Option<f64>,
     source: Source,
     /// Carried by the goal motion of the robot.
     moves: bool,
@@ -40,6 +42,13 @@ pub(crate) struct Arrival {
 pub(crate) struct Referee {
     slot: u32,
     tolerance_m: f64,
+    yaw_tolerance_rad: f64,
+    /// Where the body faces, rad.
+    yaw_rad: f64,
+    /// The goals of another round, and how often it goes through them; `None` is forever.
+    round: Vec<Goal>,
+    rounds: Option<u32>,
+    pub(crate) rounds_done: u32,
     dt_s: f64,
     current: Goal,
     waiting: VecDeque<Goal>,
@@ -59,8 +68,14 @@ pub(crate) struct Referee {
 impl Referee {
     /// Of a robot that has not moved yet.
     pub(crate) fn new(slot: usize, robot: &Robot, seed: u64, dt_s: f64) -> Referee {
-        let goal = |at: &Point2<f64>| Goal { at: *at, source: Source::Scenario, moves: false };
+        let goal = |at: &Point2<f64>| Goal { at: *at, yaw_rad: None, source: Source::Scenario, moves: false };
         let mut waiting: VecDeque<Goal> = robot.goals.iter().map(goal).collect();
+        if let Some(last) = waiting.back_mut() {
+            last.yaw_rad = robot.goal_yaw_rad;
+        }
+        let round = if robot.rounds == Some(1) { Vec::new() } else { waiting.iter().copied().collect() };
+        // Rounds begin while the robot runs: no memory is taken then.
+        waiting.reserve(MAX_GOALS + round.len());
         let mover = match (waiting.back_mut(), &robot.goal_motion) {
             (Some(last), Some(motion)) => {
                 last.moves = true;
@@ -73,6 +88,11 @@ impl Referee {
         Referee {
             slot: slot as u32,
             tolerance_m: robot.goal_tolerance_m,
+            yaw_tolerance_rad: robot.goal_yaw_tolerance_rad,
+            yaw_rad: robot.start_yaw_rad,
+            round,
+            rounds: robot.rounds,
+            rounds_done: 0,
             dt_s,
             current,
             waiting,
@@ -92,16 +112,43 @@ impl Referee {
         self.current.at
     }
 
+    /// The heading to have there, rad; `None` is any.
+    pub(crate) fn goal_yaw_rad(&self) -> Option<f64> {
+        self.current.yaw_rad
+    }
+
+    /// The body faces there now, rad.
+    pub(crate) fn faces(&mut self, yaw_rad: f64) {
+        self.yaw_rad = yaw_rad;
+    }
+
+    /// Whether the body looks as the present goal wants it to.
+    fn looks_right(&self) -> bool {
+        let off = |wanted: f64| planners::drive::wrap(wanted - self.yaw_rad).abs();
+        self.current.yaw_rad.is_none_or(|wanted| off(wanted) <= self.yaw_tolerance_rad)
+    }
+
+    /// The first goal of another round, if there is to be one; the others wait.
+    fn next_round(&mut self) -> Option<Goal> {
+        self.rounds_done += u32::from(!self.tasked || !self.round.is_empty());
+        if self.round.is_empty() || self.rounds.is_some_and(|rounds| self.rounds_done >= rounds) {
+            return None;
+        }
+        self.waiting.extend(&self.round);
+        self.waiting.pop_front()
+    }
+
     /// Goals left, the present one included.
     pub(crate) fn goals_left(&self) -> u32 {
         if self.arrival.is_some() { 0 } else { 1 + self.waiting.len() as u32 }
     }
 
     /// A new goal. False if as many as there may be are waiting.
-    pub(crate) fn task(&mut self, at: Point2<f64>, now: bool, source: Source) -> bool {
-        let goal = Goal { at, source, moves: false };
+    pub(crate) fn task(&mut self, at: Point2<f64>, yaw_rad: Option<f64>, now: bool, source: Source) -> bool {
+        let goal = Goal { at, yaw_rad, source, moves: false };
         if now {
             self.waiting.clear();
+            self.round.clear();
             self.current = goal;
         } else if self.arrival.is_some() {
             self.current = goal;
@@ -140,13 +187,19 @@ impl Referee {
 
     /// Which goals it has reached, being here at `tick`: several may lie within the tolerance.
     pub(crate) fn judge(&mut self, position: Point2<f64>, tick: u64, journal: &mut Journal) {
-        while self.arrival.is_none() && (self.current.at - position).norm() <= self.tolerance_m {
+        // At most a whole round in a tick: all its goals may lie within the tolerance.
+        let mut most = 1 + self.waiting.len() + self.round.len();
+        while self.arrival.is_none() && (self.current.at - position).norm() <= self.tolerance_m && self.looks_right() {
+            if most == 0 {
+                return;
+            }
+            most -= 1;
             self.goals_done += 1;
             if self.current.source != Source::Scenario {
                 self.tasks_done += 1;
                 journal.note(tick, "task-done", self.slot, self.current.source.to_string());
             }
-            match self.waiting.pop_front() {
+            match self.waiting.pop_front().or_else(|| self.next_round()) {
                 Some(next) => self.current = next,
                 None => {
                     let (path_m, ldj) = (self.path_m, self.smoothness.ldj(self.dt_s));

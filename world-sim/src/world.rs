@@ -232,8 +232,8 @@ impl World {
                     self.answer(order.ticket(), admitted);
                 }
                 Order::Remove { slot } => self.leave(slot as usize),
-                Order::Task { task, slot, goal_m, now } => {
-                    let taken = self.task(slot as usize, Point2::from(goal_m), now, Source::Operator(task));
+                Order::Task { task, slot, goal_m, yaw_rad, now } => {
+                    let taken = self.task(slot as usize, (Point2::from(goal_m), yaw_rad), now, Source::Operator(task));
                     self.answer(order.ticket(), taken);
                 }
                 Order::Absent { seat, cause } => {
@@ -254,9 +254,9 @@ impl World {
             match what {
                 What::Join { .. } => {} // The slot has been waiting for this tick since the start.
                 What::Leave { robot } => self.leave(robot),
-                What::Task { robot, goal, now } => {
+                What::Task { robot, goal, yaw_rad, now } => {
                     // The log says so if it was not taken; nobody waits for an answer.
-                    let _ = self.task(robot, goal, now, Source::Timeline);
+                    let _ = self.task(robot, (goal, yaw_rad), now, Source::Timeline);
                 }
                 What::Kill { robot } => self.presences[robot].kill(self.tick, &mut self.journal),
                 What::Pause { robot, ticks } => self.presences[robot].pause(self.tick, ticks, &mut self.journal),
@@ -296,9 +296,15 @@ impl World {
         }
     }
 
-    fn task(&mut self, slot: usize, goal: Point2<f64>, now: bool, source: Source) -> Result<(), &'static str> {
+    fn task(
+        &mut self,
+        slot: usize,
+        (goal, yaw_rad): (Point2<f64>, Option<f64>),
+        now: bool,
+        source: Source,
+    ) -> Result<(), &'static str> {
         let left = self.referees.get(slot).and_then(Option::as_ref).map_or(0, Referee::goals_left);
-        let result = self.try_task(slot, goal, now, source);
+        let result = self.try_task(slot, (goal, yaw_rad), now, source);
         let (kind, detail) = match result {
             Ok(()) if now && left > 1 => ("task", format!("({}, {}), now, {left} goals are given up", goal.x, goal.y)),
             Ok(()) => ("task", format!("({}, {}), {}", goal.x, goal.y, if now { "now" } else { "queued" })),
@@ -308,17 +314,23 @@ impl World {
         result
     }
 
-    fn try_task(&mut self, slot: usize, goal: Point2<f64>, now: bool, source: Source) -> Result<(), &'static str> {
+    fn try_task(
+        &mut self,
+        slot: usize,
+        (goal, yaw_rad): (Point2<f64>, Option<f64>),
+        now: bool,
+        source: Source,
+    ) -> Result<(), &'static str> {
         let Some(referee) = self.referees.get_mut(slot).and_then(Option::as_mut) else {
             return Err("there is no such robot");
         };
         if self.presences[slot].gone().is_some() {
             return Err(ROBOT_GONE);
         }
-        if !(goal.x.is_finite() && goal.y.is_finite()) {
+        if !(goal.x.is_finite() && goal.y.is_finite() && yaw_rad.is_none_or(f64::is_finite)) {
             return Err("the goal is nowhere");
         }
-        if referee.task(goal, now, source) { Ok(()) } else { Err(TOO_MANY_GOALS) }
+        if referee.task(goal, yaw_rad, now, source) { Ok(()) } else { Err(TOO_MANY_GOALS) }
     }
 
     fn enter(&mut self, ready: &mut dyn FnMut(Seat) -> bool) {
@@ -331,6 +343,7 @@ impl World {
                     self.entered.push(slot);
                 }
                 if let Some(referee) = &mut self.referees[slot] {
+                    referee.faces(self.bodies[slot].pose.yaw_rad);
                     referee.judge(self.bodies[slot].pose.position, tick, &mut self.journal);
                 }
             }
@@ -447,6 +460,7 @@ impl World {
             referee.move_goal(time_s);
             if body.takes_part {
                 referee.drove(body.driven_m(), body.pose.velocity);
+                referee.faces(body.pose.yaw_rad);
                 referee.judge(body.pose.position, self.tick, &mut self.journal);
             }
             if body.in_world {

@@ -1,7 +1,7 @@
 //! Running fleets, from a second terminal: `ps`, `latency`, `add`, `task`.
 
 use super::Format;
-use super::values::{parse_number, parse_point};
+use super::values::{Pose, parse_number, parse_point, parse_pose};
 use clap::{Args, Subcommand, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -99,9 +99,9 @@ pub struct AddArgs {
     /// Where it starts, m
     #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
     pub start: [f64; 2],
-    /// Where it is to go, m
-    #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
-    pub goal: [f64; 2],
+    /// Where it is to go, m, and for a unicycle the heading that it is to have there, rad
+    #[arg(long, value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
+    pub goal: Pose,
     /// Its heading at the start, rad; without it, towards its goal
     #[arg(long, value_name = "RAD", value_parser = parse_number, allow_hyphen_values = true)]
     pub yaw: Option<f64>,
@@ -131,6 +131,7 @@ pub enum TaskVerb {
 #[command(after_help = "\
 Examples:
   shoal task send r03 4,-2                  after the goals it has
+  shoal task send r03 4,-2,1.57             a unicycle is to face +y there
   shoal task send r03 4,-2 --now            at once, and forget the others")]
 pub struct TaskSendArgs {
     /// Which fleet.
@@ -139,9 +140,9 @@ pub struct TaskSendArgs {
     /// The robot
     #[arg(value_name = "ID")]
     pub id: String,
-    /// Where to, m
-    #[arg(value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
-    pub goal: [f64; 2],
+    /// Where to, m, and for a unicycle the heading that it is to have there, rad
+    #[arg(value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
+    pub goal: Pose,
     /// Head there at once; otherwise the goal queues behind those it has
     #[arg(long)]
     pub now: bool,

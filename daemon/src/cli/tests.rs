@@ -33,6 +33,9 @@ fn durations() {
 fn points() {
     assert_eq!(parse_point("4,-2.5"), Ok([4.0, -2.5]));
     assert_eq!(parse_point(" -1e0 , 0"), Ok([-1.0, 0.0]));
+    assert_eq!(parse_pose("4,-2"), Ok(Pose { at_m: [4.0, -2.0], yaw_rad: None }));
+    assert_eq!(parse_pose("4,-2, 1.57"), Ok(Pose { at_m: [4.0, -2.0], yaw_rad: Some(1.57) }));
+    assert!(parse_pose("4,-2,").is_err() && parse_pose("4,1,1,1").is_err() && parse_pose("4").is_err());
     for wrong in ["4", "4,", "4,x", "1,2,3", "nan,0", "inf,1"] {
         assert!(parse_point(wrong).is_err(), "{wrong}");
     }
@@ -59,10 +62,12 @@ fn run_takes_what_the_contract_says() {
 #[test]
 fn negative_places_are_values_not_options() {
     let Ok(Verb::Add(add)) = parse("shoal add --start -3,-4 --goal -1,2 --yaw -1.5") else { panic!() };
-    assert_eq!((add.start, add.goal, add.yaw), ([-3.0, -4.0], [-1.0, 2.0], Some(-1.5)));
+    let goal = Pose { at_m: [-1.0, 2.0], yaw_rad: None };
+    assert_eq!((add.start, add.goal, add.yaw), ([-3.0, -4.0], goal, Some(-1.5)));
     for line in ["shoal task send r03 -4,2 --now", "shoal task send --now r03 -4,2"] {
         let Ok(Verb::Task(TaskVerb::Send(send))) = parse(line) else { panic!("{line}") };
-        assert_eq!((send.id.as_str(), send.goal, send.now), ("r03", [-4.0, 2.0], true));
+        let goal = Pose { at_m: [-4.0, 2.0], yaw_rad: None };
+        assert_eq!((send.id.as_str(), send.goal, send.now), ("r03", goal, true));
     }
 }
 

@@ -35,6 +35,26 @@ pub fn parse_point(text: &str) -> Result<[f64; 2], String> {
     Ok([parse_number(x)?, parse_number(y)?])
 }
 
+/// Where to go, and which way to look there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// The place, m.
+    pub at_m: [f64; 2],
+    /// The heading, rad; `None` is any.
+    pub yaw_rad: Option<f64>,
+}
+
+/// A place as people write it, with a heading or without: `X,Y` or `X,Y,YAW`.
+pub fn parse_pose(text: &str) -> Result<Pose, String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let (x, y, yaw) = match parts[..] {
+        [x, y] => (x, y, None),
+        [x, y, yaw] => (x, y, Some(yaw)),
+        _ => return Err("not a place; write X,Y in metres, as in 4,-2.5, or X,Y,YAW with a heading in rad".to_string()),
+    };
+    Ok(Pose { at_m: [parse_number(x)?, parse_number(y)?], yaw_rad: yaw.map(parse_number).transpose()? })
+}
+
 pub(super) fn parse_number(text: &str) -> Result<f64, String> {
     let text = text.trim();
     match text.parse::<f64>() {

@@ -46,7 +46,7 @@ impl Coordinator {
                 Some("is the world stopped or the machine overloaded? see `shoal ps`, and try again later"),
             )),
             Request::Add(new) => self.add(new, near),
-            Request::Task { robot, goal_m, now } => self.task(robot, *goal_m, *now),
+            Request::Task { robot, goal_m, yaw_rad, now } => self.task(robot, *goal_m, *yaw_rad, *now),
         };
         match granted {
             Ok(waiting) => {
@@ -137,6 +137,7 @@ impl Coordinator {
             start: new.start_m.into(),
             start_yaw_rad: new.start_yaw_rad,
             goals: vec![new.goal_m.into()],
+            goal_yaw_rad: new.goal_yaw_rad,
             planner: new.planner.clone(),
             params: ParamValues::new(),
         };
@@ -159,7 +160,7 @@ impl Coordinator {
         Ok(Waiting { ticket: Ticket::Admit(slot), robot: name, since: None, reply: Some(reply) })
     }
 
-    fn task(&mut self, name: &str, goal_m: [f64; 2], now: bool) -> Result<Waiting, Refusal> {
+    fn task(&mut self, name: &str, goal_m: [f64; 2], yaw_rad: Option<f64>, now: bool) -> Result<Waiting, Refusal> {
         let robots = &self.scenario.robots;
         let Some(slot) = robots.iter().position(|robot| robot.id == name) else {
             let known: Vec<&str> = robots.iter().map(|robot| robot.id.as_str()).collect();
@@ -168,15 +169,18 @@ impl Coordinator {
                 Some(&format!("known robots: {}", known.join(", "))),
             ));
         };
-        if let Some(problem) = scenarios::goal_problem(&self.scenario, &robots[slot], goal_m.into()) {
-            return Err(refused(&problem, Some("choose a goal in free space inside the world")));
+        if let Some(problem) = scenarios::goal_problem(&self.scenario, &robots[slot], goal_m.into(), yaw_rad) {
+            return Err(refused(
+                &problem,
+                Some("choose a goal in free space inside the world; only unicycles have a heading there"),
+            ));
         }
         if self.members[slot].state == State::Left {
             return Err(refused(&format!("robot `{name}` has left"), None));
         }
         let task = self.tasks;
         self.tasks += 1;
-        self.actions.push(Action::Order(Order::Task { task, slot: slot as u32, goal_m, now }));
+        self.actions.push(Action::Order(Order::Task { task, slot: slot as u32, goal_m, yaw_rad, now }));
         let (robot, reply) = (name.to_owned(), Some(Reply::Tasked { task }));
         Ok(Waiting { ticket: Ticket::Task(task), robot, since: None, reply })
     }

@@ -168,7 +168,7 @@ fn add(id: &str, start_m: [f64; 2]) -> Request {
 }
 
 fn task(robot: &str, goal_m: [f64; 2]) -> Request {
-    Request::Task { robot: robot.to_owned(), goal_m, now: false }
+    Request::Task { robot: robot.to_owned(), goal_m, yaw_rad: None, now: false }
 }
 
 fn refusal(answer: Answer) -> String {

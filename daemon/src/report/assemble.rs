@@ -75,7 +75,8 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
         .collect();
 
     let arrived: Vec<&RobotOutcome> = fates.iter().filter(|fate| fate.arrived).collect();
-    let arrived_all = fates.iter().all(|fate| fate.arrived || fate.gone.as_deref() == Some("left"));
+    let owes = |fate: &&RobotOutcome| !patrols(facts, fate.slot) && fate.gone.as_deref() != Some("left");
+    let arrived_all = fates.iter().filter(owes).all(|fate| fate.arrived);
     let dt_s = facts.scenario.clock.dt_s();
     // A robot's time counts from when it joined, the fleet's from the first tick.
     let since_start_s = |fate: &&RobotOutcome| fate.time_s.map(|time_s| time_s + fate.joined_tick as f64 * dt_s);
@@ -104,11 +105,19 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
     (fates, report)
 }
 
+/// Whether a robot goes round forever.
+fn patrols(facts: &RunFacts, slot: u32) -> bool {
+    facts.robots.get(slot as usize).is_some_and(|robot| robot.rounds.is_none())
+}
+
 fn robot_report(facts: &RunFacts, slot: usize, fate: &RobotOutcome) -> RobotReport {
     let newest = (facts.processes.iter())
         .filter(|process| process.seat.is_some_and(|seat| seat.slot as usize == slot))
         .max_by_key(|process| process.seat.map(|seat| seat.incarnation));
+    let rounds = facts.robots.get(slot).map_or(Some(1), |robot| robot.rounds);
     RobotReport {
+        rounds: (rounds != Some(1)).then_some(fate.rounds_done),
+        patrols: rounds.is_none(),
         id: name_of(facts, slot as u32),
         planner: facts.robots.get(slot).map_or_else(String::new, |robot| robot.planner.clone()),
         incarnation: fate.incarnation,

@@ -101,7 +101,7 @@ pub fn unmet(expect: &Expect, report: &Report) -> Vec<String> {
     match expect.arrived_min {
         None if !outcome.arrived_all => {
             let late = (report.per_robot.iter())
-                .filter(|robot| !robot.arrived && robot.gone.as_deref() != Some("left"))
+                .filter(|robot| !robot.arrived && !robot.patrols && robot.gone.as_deref() != Some("left"))
                 .map(|robot| robot.id.as_str());
             unmet.push(format!(
                 "expected all robots to arrive, {} of {} did; missing: {}",

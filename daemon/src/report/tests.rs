@@ -27,6 +27,9 @@ fn robot(slot: usize) -> Robot {
         start: [slot as f64, 0.0].into(),
         start_yaw_rad: 0.0,
         goals: vec![[slot as f64, 10.0].into()],
+        goal_yaw_rad: None,
+        goal_yaw_tolerance_rad: 0.1,
+        rounds: Some(1),
         goal_motion: None,
         goal_tolerance_m: 0.1,
         planner: "apf".into(),
@@ -349,7 +352,7 @@ fn robots_that_were_added_have_names_too() {
     let mut facts = single();
     facts.outcome.robots.push(RobotOutcome { slot: 3, arrived: true, time_s: Some(1.0), ..RobotOutcome::default() });
     facts.outcome.events.push(event(9, "joined", 3, ""));
-    facts.robots.push(RobotFacts { id: "scout".into(), planner: "straight".into() });
+    facts.robots.push(RobotFacts { id: "scout".into(), rounds: Some(1), planner: "straight".into() });
     let report = assemble(facts);
     assert_eq!((report.robots, report.planner.as_str()), (4, "mixed"));
     assert_eq!(report.per_robot[3].id, "scout");

@@ -73,7 +73,14 @@ fn headline(page: &mut Page, report: &Report) {
         0 => "no contact".to_string(),
         n => format!("{n} contact{}", plural(n)),
     };
-    page.words(&format!("{}: {}: {arrived} {when}, {contacts}", word_of(report), report.scenario), 4);
+    let rounds: Vec<u32> =
+        report.per_robot.iter().filter(|robot| robot.patrols).filter_map(|robot| robot.rounds).collect();
+    let rounds = match rounds[..] {
+        [] => String::new(),
+        [one] => format!(", 1 on patrol: {one} round{}", plural(one.into())),
+        _ => format!(", {} on patrol: {} rounds", rounds.len(), rounds.iter().sum::<u32>()),
+    };
+    page.words(&format!("{}: {}: {arrived} {when}, {contacts}{rounds}", word_of(report), report.scenario), 4);
     let mode = mode_name(report.mode);
     let rtf = report.rtf.map_or_else(String::new, |rtf| format!(" (x{rtf:.2})"));
     page.words(
@@ -376,6 +383,7 @@ fn robot_row(robot: &RobotReport, report: &Report) -> Vec<String> {
         (Some(gone), ..) => gone.as_str(),
         (None, true, _) => "",
         (None, false, true) => "deadlocked",
+        (None, false, false) if robot.patrols => "goes round",
         (None, false, false) => "on its way",
     };
     let tasks = report.per_robot.iter().any(|robot| robot.tasks_done > 0);

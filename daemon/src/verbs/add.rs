@@ -17,7 +17,8 @@ pub fn run(options: &AddArgs) -> Result<(), Failure> {
         id: options.id.clone(),
         start_m: options.start,
         start_yaw_rad: options.yaw,
-        goal_m: options.goal,
+        goal_m: options.goal.at_m,
+        goal_yaw_rad: options.goal.yaw_rad,
         planner: options.planner.clone(),
         kind: options.kind.clone(),
     });

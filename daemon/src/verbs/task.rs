@@ -1,7 +1,7 @@
 //! `shoal task`: something to do for a robot of a running fleet.
 
 use super::{fleet, unbuilt};
-use crate::cli::{Format, TaskSendArgs, TaskVerb};
+use crate::cli::{Format, Pose, TaskSendArgs, TaskVerb};
 use crate::exit::Failure;
 use crate::out;
 use protocol::operator_to_daemon::{Reply, Request};
@@ -20,12 +20,13 @@ pub fn run(verb: &TaskVerb) -> Result<(), Failure> {
 
 fn send(options: &TaskSendArgs) -> Result<(), Failure> {
     let address = fleet::choose(&options.fleet)?;
-    let TaskSendArgs { id, goal: [x, y], now, .. } = options;
-    let request = Request::Task { robot: id.clone(), goal_m: [*x, *y], now: *now };
+    let TaskSendArgs { id, goal: Pose { at_m: [x, y], yaw_rad }, now, .. } = options;
+    let request = Request::Task { robot: id.clone(), goal_m: [*x, *y], yaw_rad: *yaw_rad, now: *now };
     match fleet::ask(&address, &request)? {
         Reply::Tasked { task } => match options.format {
             Format::Json => out::json(&json!({
-                "schema": "shoal.task/1", "fleet": address.id(), "task": task, "robot": id, "goal_m": [x, y], "now": now,
+                "schema": "shoal.task/1", "fleet": address.id(), "task": task, "robot": id, "goal_m": [x, y],
+                "goal_yaw_rad": yaw_rad, "now": now,
             })),
             Format::Text => {
                 let when = if *now { "now" } else { "after the goals it has" };

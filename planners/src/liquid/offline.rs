@@ -16,6 +16,8 @@ use nalgebra::{Point2, Vector2};
 
 /// A robot farther than so many steps from its path thinks anew.
 const STRAY_STEPS: f64 = 5.0;
+/// Distances to known pieces that are computed in a tick of thinking at most, but for a first round (about a millisecond).
+const LOOKS_PER_TICK: usize = 40_000;
 /// How many points ahead the nearest point of the path is looked for.
 const WINDOW: usize = 20;
 
@@ -59,7 +61,8 @@ crate::params! {
         rounds_max: u32 = 20_000, "", 1..=10_000_000;
         /// How many smaller K_v it tries: K_v/6, K_v/60. Larger: gives up later.
         fallbacks: u32 = 2, "", 0..=2;
-        /// Rounds of thinking in a tick, each of A_nsd + 1 evaluations. Larger: thinks for fewer, longer ticks.
+        /// Rounds of thinking in a tick, each of A_nsd + 1 evaluations. Larger: thinks for fewer, longer ticks. Among
+        /// more than 47 known pieces there are fewer (with 16 directions): their number times that of pieces is bounded.
         rounds_per_tick: u32 = 50, "", 1..=100_000;
         /// How far ahead a unicycle looks along its path. Larger: cuts corners more.
         lookahead_m: f64 = 0.3, "m", 0.0..=100.0;
@@ -102,7 +105,9 @@ impl Planner for Liquid {
             self.at = 0;
             self.search.begin(input.position, input.goal);
         }
-        let rounds = self.params.rounds_per_tick as usize;
+        // A round looks at everything that is known from every direction: among many things there are fewer rounds in a tick.
+        let looks = (self.law.directions.len() + 1) * self.known.obstacles().len().max(1);
+        let rounds = (self.params.rounds_per_tick as usize).min((LOOKS_PER_TICK / looks).max(1));
         match self.search.advance(&self.law, input.radius_m, self.known.obstacles(), rounds) {
             Progress::Found => self.follow(input),
             Progress::Thinking => Plan { state: PlanState::Planning, ..stay(input) },

@@ -44,7 +44,7 @@ impl World {
         let arrival = referee.arrival;
         let path_length_m = arrival.map_or(referee.path_m, |arrival| arrival.path_m);
         // The shortest way of a tip would have to be searched for among the poses of its arm.
-        let drives = robot.arm.is_none() && robot.goal_motion.is_none();
+        let drives = robot.arm.is_none() && robot.goal_motion.is_none() && robot.rounds == Some(1);
         let comparable = arrival.is_some() && !referee.tasked && drives;
         let path_ratio = comparable
             .then(|| map.shortest(robot.start, &robot.goals, robot.radius_m))
@@ -65,6 +65,7 @@ impl World {
             contacts: self.contacts.per_robot.get(slot).copied().unwrap_or(0),
             tasks_done: referee.tasks_done,
             goals_done: referee.goals_done,
+            rounds_done: referee.rounds_done,
             deadlocked: arrival.is_none()
                 && matches!(presence.state, State::Present { .. })
                 && referee.recent_speed_mps(self.tick).is_some_and(slow),

@@ -102,6 +102,7 @@ impl World {
     pub fn odometry(&self, slot: usize) -> Odometry {
         let (body, referee) = (&self.bodies[slot], self.referees[slot].as_ref());
         let goal = referee.map_or(body.pose.position, Referee::goal);
+        let goal_yaw_rad = referee.and_then(Referee::goal_yaw_rad);
         Odometry {
             tick: self.tick,
             stamp_ns: 0,
@@ -114,10 +115,11 @@ impl World {
             joints_rad: self.joints_rad(slot),
             goal_x_m: goal.x,
             goal_y_m: goal.y,
+            goal_yaw_rad: goal_yaw_rad.unwrap_or(0.0),
             incarnation: body.seat.incarnation,
             goals_done: referee.map_or(0, |referee| referee.goals_done),
             goals_left: referee.map_or(0, Referee::goals_left),
-            flags: self.flags(slot),
+            flags: self.flags(slot) | if goal_yaw_rad.is_some() { Odometry::FLAG_GOAL_YAW } else { 0 },
         }
     }
 

@@ -16,7 +16,7 @@ fn run(scenario: &Scenario) -> RobotOutcome {
 }
 
 fn task(goal: [f64; 2], now: bool) -> What {
-    What::Task { robot: 0, goal: goal.into(), now }
+    What::Task { robot: 0, goal: goal.into(), yaw_rad: None, now }
 }
 
 /// Ticks until arrival, path length and goals done, against numbers that a reader can add up: 1 m/s, ten ticks a second.
@@ -66,7 +66,7 @@ fn a_task_queues_behind_the_goals_or_replaces_them() {
 
 #[test]
 fn operators_task_as_the_timeline_does_but_not_without_bounds() {
-    let order = |task, goal_m, now| Order::Task { task, slot: 0, goal_m, now };
+    let order = |task, goal_m, now| Order::Task { task, slot: 0, goal_m, yaw_rad: None, now };
     let mut driver = Driver::new(&one());
     driver.until(5);
     driver.world.order(order(1, [2.0, 1.0], false));
@@ -74,7 +74,7 @@ fn operators_task_as_the_timeline_does_but_not_without_bounds() {
     assert_eq!((driver.world.odometry(0).goals_left, driver.world.odometry(0).goal_y_m), (2, 0.0));
     driver.close();
     driver.world.order(order(2, [f64::NAN, 1.0], true));
-    driver.world.order(Order::Task { task: 3, slot: 7, goal_m: [0.0, 0.0], now: true });
+    driver.world.order(Order::Task { task: 3, slot: 7, goal_m: [0.0, 0.0], yaw_rad: None, now: true });
     (0..MAX_GOALS as u32).for_each(|i| driver.world.order(order(4 + i, [2.0, 1.0], false)));
     driver.tick();
     assert_eq!(driver.world.odometry(0).goals_left as usize, 1 + MAX_GOALS);
