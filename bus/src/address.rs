@@ -1,6 +1,8 @@
 //! Where a fleet lives: a directory on tmpfs that only its owner may enter, and that holds everything that it shares.
 
+use crate::maker::{MAKER, Maker};
 use crate::{BusError, Result};
+use rustix::fs::{CWD, RenameFlags, renameat_with};
 use rustix::process::geteuid;
 use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
@@ -35,7 +37,7 @@ impl Address {
                 .map_err(|e| BusError::io(Path::new("getrandom"), "make a random id", e))?;
             let id: String = bytes.iter().map(|b| char::from(ALPHABET[usize::from(b % 32)])).collect();
             let address = Address { root: root_of(&id), id };
-            match std::fs::DirBuilder::new().mode(0o700).create(&address.root) {
+            match address.make() {
                 Ok(()) => return Ok(address),
                 Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
                 Err(e) => return Err(BusError::io(&address.root, "make the fleet's directory", e)),
@@ -47,6 +49,19 @@ impl Address {
             "16 random names are taken",
             "`shoal clean`",
         ))
+    }
+
+    /// Makes the root, which says from its first moment who makes it.
+    fn make(&self) -> std::io::Result<()> {
+        let maker = Maker::this().to_string();
+        let draft = self.root.with_extension(&maker);
+        std::fs::DirBuilder::new().mode(0o700).create(&draft)?;
+        let made = std::os::unix::fs::symlink(&maker, draft.join(MAKER))
+            .and_then(|()| Ok(renameat_with(CWD, &draft, CWD, &self.root, RenameFlags::NOREPLACE)?));
+        if made.is_err() {
+            let _ = std::fs::remove_dir_all(&draft);
+        }
+        made
     }
 
     /// The address with this root, which exists.
@@ -87,6 +102,14 @@ impl Address {
     /// A file in the root.
     pub fn file(&self, name: &str) -> PathBuf {
         self.root.join(name)
+    }
+
+    /// The address that was to get a root, and did not, because whoever made it died: what is at this path.
+    pub(crate) fn unborn(path: &Path) -> Option<Address> {
+        let maker: Maker = path.extension()?.to_str()?.parse().ok()?;
+        let address = Address::parse(&path.with_extension(""))?;
+        let meta = std::fs::symlink_metadata(path).ok()?;
+        (meta.is_dir() && meta.uid() == geteuid().as_raw() && !maker.may_live()).then_some(address)
     }
 
     /// The address whose root has this path, by its form alone.
@@ -134,9 +157,28 @@ mod tests {
         assert_eq!(Address::at(address.root()).unwrap(), address);
         assert_eq!(address.file("gate"), address.root().join("gate"));
         let mode = std::fs::metadata(address.root()).unwrap().mode();
-        std::fs::remove_dir(address.root()).unwrap();
+        std::fs::remove_dir_all(address.root()).unwrap();
         assert_eq!(mode & 0o777, 0o700);
         assert!(Address::at(address.root()).unwrap_err().is_missing());
+    }
+
+    #[test]
+    fn a_root_whose_maker_died_half_way_is_known() {
+        let address = Address::create().unwrap();
+        let draft = |maker: &str| address.root().with_extension(maker);
+        let this = Maker::this().to_string();
+        let dead = this.replacen(&std::process::id().to_string(), "4194305", 1);
+        let check = |maker: &str, expected: bool| {
+            std::fs::create_dir(draft(maker)).unwrap();
+            // Any shoal command on this machine removes it, if it is one.
+            let found = Address::unborn(&draft(maker)) == Some(address.clone()) || !draft(maker).exists();
+            let _ = std::fs::remove_dir(draft(maker));
+            assert_eq!(found, expected, "{maker}");
+        };
+        check(&dead, true);
+        check(&this, false);
+        check("record", false);
+        std::fs::remove_dir_all(address.root()).unwrap();
     }
 
     #[test]

@@ -4,12 +4,15 @@
 use crate::address::SHM;
 use crate::clock::{now_ns, sleep_until_ns};
 use crate::{Address, BusError, Lease, Node, Result};
-use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+use rustix::io::Errno;
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open, pidfd_send_signal};
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
+/// The environment variable that marks the processes of a fleet, and all that those start: its value is the root.
+pub const MARK: &str = "SHOAL_FLEET";
 /// Attempts to remove a root into which a process that is just ending still writes, at most.
 const PASSES_MAX: u32 = 8;
 /// How long killed processes may take to go.
@@ -37,28 +40,44 @@ pub struct FleetEntry {
     pub address: Address,
     /// Nobody looks after it.
     pub abandoned: bool,
-    /// Processes of this user that were started for it, by their command line.
+    /// Processes of this user that were started for it.
     pub processes: Vec<u32>,
 }
 
 /// Removes the root of a fleet, which holds everything of it. Its processes must have ended; if one is just ending, what
 /// it still makes is removed as well. A second sweep, or one at the same time, does no harm.
 pub fn sweep(address: &Address) -> SweepReport {
-    let (files, bytes) = below(address.root());
+    remove(address.root())
+}
+
+fn remove(root: &Path) -> SweepReport {
+    let (files, bytes) = below(root);
     let mut report = SweepReport { files, bytes, ..SweepReport::default() };
-    let mut result = std::fs::remove_dir_all(address.root());
+    let mut result = std::fs::remove_dir_all(root);
     for _ in 0..PASSES_MAX {
         match &result {
-            Err(e) if e.kind() == ErrorKind::DirectoryNotEmpty => result = std::fs::remove_dir_all(address.root()),
+            Err(e) if e.kind() == ErrorKind::DirectoryNotEmpty => result = std::fs::remove_dir_all(root),
             _ => break,
         }
     }
     match result {
         Ok(()) => report.root = true,
         Err(e) if e.kind() == ErrorKind::NotFound => {}
-        Err(e) => report.left.push(BusError::io(address.root(), "remove the fleet's directory", e)),
+        Err(e) => report.left.push(BusError::io(root, "remove the fleet's directory", e)),
     }
     report
+}
+
+/// The user to whom a fleet with this id belongs, if it is not this one.
+pub fn owner_of(id: &str) -> Option<u32> {
+    let ours = rustix::process::geteuid().as_raw();
+    let is_root = |name: &str| {
+        let (uid, found) = name.strip_prefix("shoal-")?.split_once('-')?;
+        Some(found == id && uid.parse() != Ok(ours))
+    };
+    let named = listed(Path::new(SHM)).ok()?.into_iter().filter(|(name, _)| is_root(name) == Some(true));
+    let owners = named.filter_map(|(_, path)| std::fs::symlink_metadata(path).ok()).filter(|meta| meta.is_dir());
+    owners.map(|meta| meta.uid()).find(|uid| *uid != ours)
 }
 
 /// Shared memory that a fleet takes up, bytes.
@@ -97,6 +116,11 @@ pub fn list_fleets() -> Result<Vec<FleetEntry>> {
 /// When `/dev/shm` cannot be read, or a lease cannot be tested.
 pub fn clean_abandoned() -> Result<Vec<(Address, SweepReport)>> {
     let mut cleaned = Vec::new();
+    for (_, path) in listed(Path::new(SHM))? {
+        if let Some(address) = Address::unborn(&path) {
+            cleaned.push((address, remove(&path)));
+        }
+    }
     for fleet in list_fleets()? {
         if let Some(report) = clean_if_abandoned(&fleet.address)? {
             cleaned.push((fleet.address, report));
@@ -151,19 +175,17 @@ fn open_files(below: &Path) -> BTreeSet<PathBuf> {
     descriptors.filter_map(|(_, path)| std::fs::read_link(path).ok()).filter(|file| file.starts_with(below)).collect()
 }
 
-/// Kills all processes of this user that were started for this fleet (their command line names its root), and waits
-/// until they have gone; how many. Not this process, and none of those that started it.
+/// Kills all processes of this user that were started for this fleet, and waits until they have gone; how many. Not this
+/// process, and none of those that started it. Processes that only name the root, such as an editor that shows a log of the
+/// fleet, are left alone.
 pub fn end_processes(address: &Address) -> u64 {
     let mut killed = BTreeSet::new();
     let until = now_ns() + GRACE_NS;
     loop {
         let processes = processes_of(address);
         for &pid in &processes {
-            // The descriptor names this very process: asking again whether it is one of them makes sure that its number
-            // has not been given to another one since.
             let Some(number) = i32::try_from(pid).ok().and_then(Pid::from_raw) else { continue };
-            let Ok(fd) = pidfd_open(number, PidfdFlags::empty()) else { continue };
-            if belongs_to(pid, address) && pidfd_send_signal(&fd, Signal::KILL).is_ok() {
+            if kill(number, || belongs_to(pid, address)).is_ok() {
                 killed.insert(pid);
             }
         }
@@ -174,8 +196,21 @@ pub fn end_processes(address: &Address) -> u64 {
     }
 }
 
-/// Processes of this user whose command line names the root. Those that started this one are left out: theirs may be
-/// `shoal clean <root>` in a shell.
+/// Kills a process if it is the one that is meant.
+fn kill(pid: Pid, is_meant: impl Fn() -> bool) -> rustix::io::Result<()> {
+    // The descriptor names this very process: asking after it was opened makes sure that the number has not been given to
+    // another process.
+    match pidfd_open(pid, PidfdFlags::empty()) {
+        Ok(fd) if is_meant() => pidfd_send_signal(&fd, Signal::KILL),
+        Ok(_) | Err(Errno::SRCH) => Err(Errno::SRCH),
+        // Descriptors of processes are refused here (an old kernel, a filter of system calls): the number has to do.
+        Err(_) if is_meant() => kill_process(pid, Signal::KILL),
+        Err(error) => Err(error),
+    }
+}
+
+/// Processes of this user that were started for the fleet. Those that started this one are left out: an agent may call
+/// `shoal clean`.
 fn processes_of(address: &Address) -> Vec<u32> {
     let ours = ancestors();
     let pids = listed(Path::new("/proc")).unwrap_or_default().into_iter().filter_map(|(name, _)| name.parse().ok());
@@ -187,9 +222,25 @@ fn processes_of(address: &Address) -> Vec<u32> {
 fn belongs_to(pid: u32, address: &Address) -> bool {
     let uid = rustix::process::geteuid().as_raw();
     let root = address.root().as_os_str().as_encoded_bytes();
+    let read = |name: &str| std::fs::read(format!("/proc/{pid}/{name}")).unwrap_or_default();
     std::fs::metadata(format!("/proc/{pid}")).is_ok_and(|meta| meta.uid() == uid)
-        && std::fs::read(format!("/proc/{pid}/cmdline"))
-            .is_ok_and(|line| line.windows(root.len()).any(|window| window == root))
+        && (is_started_for(&read("cmdline"), root) || is_marked(&read("environ"), root))
+}
+
+/// Whether a command line is that of a process of the fleet, as its daemon starts them: shoal itself with an internal verb,
+/// or the executable of a robot, perhaps behind a wrapper.
+fn is_started_for(command_line: &[u8], root: &[u8]) -> bool {
+    let arguments: Vec<&[u8]> = command_line.split(|byte| *byte == 0).collect();
+    let own = matches!(arguments[..], [b"shoal", _, b"--root", at, ..] if at == root);
+    own || arguments.windows(8).any(
+        |window| matches!(window, [b"--root", at, b"--slot", _, b"--incarnation", _, b"--parent", _] if *at == root),
+    )
+}
+
+/// Whether an environment has the mark of the fleet: what agents start inherits it.
+fn is_marked(environment: &[u8], root: &[u8]) -> bool {
+    let value = |entry: &[u8]| entry.strip_prefix(MARK.as_bytes())?.strip_prefix(b"=").map(|value| value == root);
+    environment.split(|byte| *byte == 0).any(|entry| value(entry) == Some(true))
 }
 
 fn ancestors() -> Vec<u32> {
@@ -217,4 +268,33 @@ fn below(path: &Path) -> (u64, u64) {
     let entries = if meta.is_dir() { listed(path).unwrap_or_default() } else { Vec::new() };
     let here = (u64::from(!meta.is_dir()), meta.blocks() * 512);
     entries.iter().map(|(_, path)| below(path)).fold(here, |sum, more| (sum.0 + more.0, sum.1 + more.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_processes_that_were_started_for_the_fleet_are_its_own() {
+        const ROOT: &str = "/dev/shm/shoal-0-abcd234";
+        let check = |arguments: &str, environment: &str, expected: bool| {
+            let joined = |text: &str| text.replace(' ', "\0").replace("ROOT", ROOT).into_bytes();
+            let (line, environment) = (joined(arguments), joined(environment));
+            let belongs = is_started_for(&line, ROOT.as_bytes()) || is_marked(&environment, ROOT.as_bytes());
+            assert_eq!(belongs, expected, "{arguments} {environment:?}");
+        };
+        check("shoal world --root ROOT --parent 7 ", "", true);
+        check("shoal guardian --root ROOT ", "", true);
+        check("shoal agent --root ROOT --slot 1 --incarnation 0 --parent 7 ", "", true);
+        check("/bin/sh own --root ROOT --slot 1 --incarnation 0 --parent 7 ", "", true);
+        check("timeout 9 own --root ROOT --slot 1 --incarnation 0 --parent 7 -v ", "", true);
+        check("sleep 1000 ", "HOME=/ SHOAL_FLEET=ROOT PATH=/bin ", true);
+
+        check("tail -f ROOT/world.log ", "HOME=/ ", false);
+        check("vi --root ROOT ", "", false);
+        check("watch shoal ps --fleet ROOT ", "", false);
+        check("bash -c cd:ROOT;shoal:world:--root:ROOT ", "", false);
+        check("shoal world --root ROOT2 --parent 7 ", "SHOAL_FLEET=ROOT2 XSHOAL_FLEET=ROOT SHOAL_FLEETS=ROOT ", false);
+        check("", "", false);
+    }
 }

@@ -32,6 +32,7 @@ pub mod footing;
 pub mod frames;
 pub mod gate;
 pub mod lock;
+mod maker;
 mod map;
 pub mod node;
 pub mod operator;

@@ -1,14 +1,11 @@
 //! Whether somebody still looks after a fleet.
 
+use crate::maker::{MAKER, Maker};
 use crate::{Address, BusError, Result};
 use rustix::fs::{CWD, FlockOperation, Mode, OFlags, RenameFlags, flock, open, renameat_with};
 use rustix::io::Errno;
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::MetadataExt;
-use std::time::Duration;
-
-/// A root without a lease is one that is just being made, up to this age.
-const NEWBORN: Duration = Duration::from_secs(10);
 
 /// Held by the daemon and by the guardian for as long as they live: a shared `flock`, which the kernel takes back
 /// from whoever dies. A fleet whose lease nobody holds is abandoned, and may be removed by anybody of this user.
@@ -42,7 +39,11 @@ impl Lease {
             let file = open(&draft, flags | OFlags::CREATE, Mode::RUSR | Mode::WUSR).map_err(failed)?;
             flock(&file, FlockOperation::NonBlockingLockShared).map_err(failed)?;
             match renameat_with(CWD, &draft, CWD, &path, RenameFlags::NOREPLACE) {
-                Ok(()) => return Ok(Lease { _held: file }),
+                Ok(()) => {
+                    // From here on the lease tells whether the fleet is looked after.
+                    let _ = rustix::fs::unlink(address.file(MAKER));
+                    return Ok(Lease { _held: file });
+                }
                 Err(Errno::EXIST) => rustix::fs::unlink(&draft).map_err(failed)?,
                 Err(e) => return Err(failed(e)),
             }
@@ -58,7 +59,7 @@ impl Lease {
     }
 
     /// The exclusive lease of an abandoned fleet, for the one who removes it; `None` if somebody holds it, or if there
-    /// is no fleet. A root that was left without a lease long ago has none to give, and is abandoned all the same.
+    /// is no fleet. A root whose maker died before it took the lease has none to give, and is abandoned all the same.
     pub(crate) fn seize(address: &Address) -> Result<Option<Option<Lease>>> {
         let path = address.file("lease");
         let file = match open(&path, OFlags::RDWR | OFlags::CLOEXEC | OFlags::NOFOLLOW, Mode::empty()) {
@@ -67,8 +68,7 @@ impl Lease {
                 let Ok(meta) = std::fs::symlink_metadata(address.root()) else { return Ok(None) };
                 // A root that others may look into is none of ours: iceoryx2 made it anew for a process that came late.
                 let ghost = meta.mode() & 0o077 != 0;
-                let old = meta.modified().is_ok_and(|at| at.elapsed().is_ok_and(|age| age > NEWBORN));
-                return Ok((ghost || old).then_some(None));
+                return Ok((ghost || !Maker::of(address.root()).is_some_and(Maker::may_live)).then_some(None));
             }
             Err(e) => return Err(BusError::io(&path, "test the lease", e)),
         };
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn a_fleet_is_abandoned_when_the_last_lease_is_gone() {
         let address = Address::create().unwrap();
-        assert!(!Lease::is_abandoned(&address).unwrap(), "newborn");
+        assert!(!Lease::is_abandoned(&address).unwrap(), "just being made");
         let daemon = Lease::take(&address).unwrap();
         let guardian = Lease::take(&address).unwrap();
         assert!(!Lease::is_abandoned(&address).unwrap());
@@ -102,5 +102,21 @@ mod tests {
         }
         crate::clean::sweep(&address);
         assert!(!Lease::is_abandoned(&address).unwrap(), "gone");
+    }
+
+    #[test]
+    fn a_root_without_a_lease_is_abandoned_when_its_maker_is_dead() {
+        let address = Address::create().unwrap();
+        // Its age does not matter, nor does what a clock says of it.
+        let touched = rustix::fs::Timespec { tv_sec: 1, tv_nsec: 0 };
+        let times = rustix::fs::Timestamps { last_access: touched, last_modification: touched };
+        rustix::fs::utimensat(CWD, address.root(), &times, rustix::fs::AtFlags::empty()).unwrap();
+        assert!(!Lease::is_abandoned(&address).unwrap());
+        std::fs::remove_file(address.file(MAKER)).unwrap();
+        let dead = Maker::this().to_string().replacen(&std::process::id().to_string(), "4194305", 1);
+        std::os::unix::fs::symlink(dead, address.file(MAKER)).unwrap();
+        // Any shoal command on this machine may clean it away from here on.
+        assert!(Lease::is_abandoned(&address).unwrap() || !address.root().exists());
+        crate::clean::sweep(&address);
     }
 }

@@ -17,6 +17,17 @@ pub fn die_with_parent(parent: u32) -> bool {
     getppid().map(Pid::as_raw_pid).and_then(|pid| u32::try_from(pid).ok()) == Some(parent)
 }
 
+/// When a process was started, in ticks of the kernel since the boot: with this, its number names one process only. `None`
+/// if there is none, or it has ended.
+pub fn start_of(pid: u32) -> Option<u64> {
+    #[expect(clippy::disallowed_methods, reason = "the kernel tells of a process in a file")]
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // The name of the program may hold anything; what follows its last parenthesis is the third field, the state.
+    let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace();
+    fields.next().filter(|state| !matches!(*state, "Z" | "X"))?;
+    fields.nth(18)?.parse().ok()
+}
+
 /// Gives the kernel back the stack below the caller's frame. iceoryx2 opens services with some 150 KiB of it, which a
 /// robot's loop never comes near again. It takes some 0.1 ms, so it has no place in a period. Where the kernel does not
 /// say where the stack is, nothing happens.

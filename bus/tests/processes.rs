@@ -201,16 +201,18 @@ fn an_abandoned_fleet_is_found_ended_and_removed() {
     let lease = home.1.take();
     let daemon = Node::new(&home.0, "daemon").unwrap();
     let services = Services::create(&daemon, SIZES).unwrap();
-    // Something of the fleet that still runs: its command line names the root. It forks nobody who would look the same
-    // for a moment, and waits for a line that never comes.
+    // Something of the fleet that still runs: it has its mark. It forks nobody who would look the same for a moment, and
+    // waits for a line that never comes. Beside it, something that only names the root.
     let mut orphan = common::Process(
         std::process::Command::new("sh")
-            .args(["-c", "read -r line", "--root"])
-            .arg(home.0.root())
+            .args(["-c", "read -r line"])
+            .env(clean::MARK, home.0.root())
             .stdin(std::process::Stdio::piped())
             .spawn()
             .unwrap(),
     );
+    let mut bystander =
+        common::Process(std::process::Command::new("tail").arg("-f").arg(home.0.file("sizes")).spawn().unwrap());
     let _silence = orphan.0.stdin.take();
     let entry = || clean::list_fleets().unwrap().into_iter().find(|entry| entry.address == home.0);
     wait_until("the orphan shows", || entry().unwrap().processes == [orphan.0.id()]);
@@ -229,6 +231,7 @@ fn an_abandoned_fleet_is_found_ended_and_removed() {
         assert_eq!(report.killed, 1);
     }
     assert!(!reaper.join().unwrap().unwrap().0);
+    assert!(bystander.0.try_wait().unwrap().is_none());
     wait_until("nothing is left", || left_of(&home).is_empty());
     assert_eq!(entry(), None);
 }

@@ -34,6 +34,11 @@ impl Executables {
         Ok(Executables(found))
     }
 
+    /// Whether every robot is driven by shoal's own agent.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// The executable of this name. Robots that are added to a fleet have agents of its robots.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.get(name).cloned().unwrap_or_else(|| PathBuf::from(name))

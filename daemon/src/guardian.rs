@@ -3,13 +3,11 @@
 //! It holds the reading end of a pipe and does nothing else. When the daemon goes, for whatever reason, the pipe ends:
 //! unless the daemon has killed it, it had no time to clean, and the guardian ends the run's processes
 //! and removes its shared memory. It runs in a process group of its own, so that a Ctrl-C meant for the daemon does
-//! not reach it. The fleet's group it learns through the pipe: agents that are not shoal's do not die with their parent,
-//! and what those start does not name the run on its command line.
+//! not reach it. It finds the processes by their command lines and by a mark in their environment, not by the number of
+//! a process group, which may be given to others as soon as the group is empty.
 
 use crate::exit::Failure;
 use bus::{Address, Lease, clean};
-use rustix::process::{Signal, kill_process_group};
-use std::io::{Read, Write};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -41,14 +39,6 @@ impl Guardian {
         self.child.id()
     }
 
-    /// Tells it the process group of the fleet, and when there is none any more.
-    pub fn watch(&mut self, group: Option<u32>) {
-        if let Some(pipe) = &mut self.child.stdin {
-            // A guardian that was killed cannot be told; whoever cleans next finds what is left.
-            let _ = pipe.write_all(format!("{}\n", group.unwrap_or(0)).as_bytes());
-        }
-    }
-
     /// The fleet is gone in good order: there is nothing to guard. Killed, because nothing else ends a process that
     /// somebody has stopped.
     pub fn dismiss(mut self) {
@@ -67,14 +57,8 @@ pub fn main(root: &Path) -> Result<(), Failure> {
     let Ok(address) = Address::at(root) else { return Ok(()) };
     // While the guardian lives nobody else takes the fleet for abandoned.
     let lease = Lease::take(&address)?;
-    let mut told = String::new();
-    let _ = std::io::stdin().read_to_string(&mut told);
-    // At once: the number is the fleet's for as long as any of its processes is there.
-    if let Some(group) =
-        told.lines().next_back().and_then(|group| group.parse().ok()).and_then(crate::supervisor::pid_of)
-    {
-        let _ = kill_process_group(group, Signal::KILL);
-    }
+    // Nobody writes: this ends with the daemon.
+    let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
     clean::end_processes(&address);
     drop(lease);
     clean::sweep(&address);

@@ -114,7 +114,7 @@ impl Children {
 
     fn spawn(&mut self, mut command: Command, name: &str, who: Who) -> io::Result<u32> {
         // The child asks the kernel to die with this process; it compares this number in case it is too late for that.
-        command.arg("--parent").arg(std::process::id().to_string());
+        command.arg("--parent").arg(std::process::id().to_string()).env(bus::clean::MARK, &self.root);
         command.process_group(self.group.map_or(0, Pid::as_raw_pid));
         schedule(
             &mut command,
@@ -171,11 +171,6 @@ impl Children {
     /// Whether any process is left.
     pub fn any(&self) -> bool {
         !self.alive.is_empty()
-    }
-
-    /// The process group of the fleet.
-    pub fn group(&self) -> Option<u32> {
-        self.group.map(|group| group.as_raw_pid() as u32)
     }
 
     /// Process of the world.

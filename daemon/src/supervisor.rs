@@ -116,17 +116,21 @@ pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> 
     let signals = Signals::install()
         .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
     let address = Address::create()?;
+    let with_guests = !executables.is_empty();
     let result =
         Supervisor::create(address.clone(), scenario, executables, record, signals).and_then(|mut supervisor| {
             let result =
                 supervisor.start().map(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
             supervisor.kill_all(watch);
-            let Supervisor { mut guardian, children, janitor, .. } = supervisor;
+            let Supervisor { guardian, children, janitor, .. } = supervisor;
             // Everything that killed processes left goes here; the guardian stays on guard until that is done.
             drop((children, janitor));
-            guardian.watch(None);
             clean::sweep(&address);
             guardian.dismiss();
+            if with_guests {
+                // What they started may have left the process group of the fleet.
+                clean::end_processes(&address);
+            }
             result
         });
     if result.is_err() {
@@ -190,9 +194,6 @@ impl Supervisor {
     fn start(&mut self) -> Result<(), Failure> {
         self.spawned_ns = clock::now_ns();
         self.children.spawn_world()?;
-        if let Some(group) = self.children.group() {
-            self.guardian.watch(Some(group));
-        }
         self.coordinator.begin();
         self.act(None);
         Ok(())

@@ -112,6 +112,21 @@ fn after_the_daemon_is_killed() {
 }
 
 #[test]
+fn a_process_that_only_names_the_fleet_survives_it() {
+    let (fleet, root) = endless("realtime");
+    let mut bystander = std::process::Command::new("tail").arg("-f").arg(root.join("lease")).spawn().unwrap();
+    wait_for("the bystander", || processes_of(&root).iter().any(|process| process.pid == bystander.id()).then_some(()));
+    signal(fleet.daemon(), Signal::KILL);
+    fleet.wait();
+    wait_for("the guardian", || objects(&root).is_empty().then_some(()));
+    wait_for("the fleet's processes to be gone", || (processes_of(&root).len() == 1).then_some(()));
+    let ended = bystander.try_wait().unwrap();
+    bystander.kill().unwrap();
+    bystander.wait().unwrap();
+    assert_eq!(ended, None);
+}
+
+#[test]
 fn after_the_daemon_is_killed_while_processes_are_stopped() {
     let (mut fleet, root) = endless("realtime");
     stop(fleet.agent(0));
@@ -123,12 +138,16 @@ fn after_the_daemon_is_killed_while_processes_are_stopped() {
 
 #[test]
 fn after_a_fleet_whose_agents_are_somebody_elses() {
-    // These know nothing of shoal: they do not die with their parent, and what they start does not name the run.
+    // These know nothing of shoal: they do not die with their parent, what they start does not name the run, and leaves
+    // the fleet's process group.
     let dir = TempDir::new().unwrap();
     for (turn, with) in [Signal::KILL, Signal::INT].into_iter().enumerate() {
         let mark = (10_000_000 * (turn as u32 + 1) + std::process::id()).to_string();
-        let agent =
-            script(dir.path(), &format!("agent-{turn}"), &format!("#!/bin/sh\nsleep {mark} &\nexec sleep {mark}\n"));
+        let agent = script(
+            dir.path(),
+            &format!("agent-{turn}"),
+            &format!("#!/bin/sh\nsetsid sleep {mark} &\nexec sleep {mark}\n"),
+        );
         let sleepers = || processes_of(mark.as_ref()).into_iter().filter(|process| process.verb() == mark).count();
         let run = Run::scenario(&endless_scenario()).mode("realtime").set(&format!("defaults.agent={agent:?}"));
         let mut fleet = run.set("fleet.start_limit_s=36000").start();

@@ -165,6 +165,24 @@ fn a_daemon_that_does_not_answer_is_named() {
 }
 
 #[test]
+fn the_fleet_of_another_user_is_not_taken_for_one_that_has_ended() {
+    let Some(machine) = PrivateShm::new("-t tmpfs -o size=64m tmpfs") else { return };
+    let root = machine.path().join("shoal-65534-abcd234");
+    std::fs::create_dir(&root).unwrap();
+    std::os::unix::fs::chown(&root, Some(65534), Some(65534)).unwrap();
+    for verb in [["ps", "--fleet", "abcd234"], ["latency", "--fleet", "abcd234"]] {
+        let mut command = machine.shoal();
+        command.args(verb);
+        run(command).expect_failure(2, &["fleet `abcd234`", "belongs to another user (uid 65534)"]);
+    }
+    // It is none that this user could remove, and nothing is said of it.
+    let mut clean = machine.shoal();
+    clean.arg("clean");
+    assert_eq!(run(clean).expect(0).stdout, "nothing to clean\n");
+    assert!(root.exists());
+}
+
+#[test]
 fn with_no_fleet_running() {
     let Some(machine) = PrivateShm::new("-t tmpfs tmpfs") else { return };
     let ask = |args: &[&str]| {

@@ -25,6 +25,13 @@ pub fn running() -> Result<Vec<FleetEntry>, Failure> {
 /// With exit code 3 when none is running, with 2 when it must be named or does not exist.
 pub fn choose(wanted: &FleetArg) -> Result<Address, Failure> {
     let mut fleets = running()?;
+    if let Some(id) = &wanted.fleet
+        && !fleets.iter().any(|fleet| fleet.address.id() == id)
+        && let Some(uid) = bus::clean::owner_of(id)
+    {
+        let problem = format!("fleet `{id}`: it belongs to another user (uid {uid})");
+        return Err(Failure::usage(problem).hint(format!("ask as that user: `sudo -u '#{uid}' shoal ...`")));
+    }
     let index = pick(wanted.fleet.as_deref(), &fleets.iter().map(|fleet| fleet.address.id()).collect::<Vec<_>>())?;
     Ok(fleets.swap_remove(index).address)
 }
