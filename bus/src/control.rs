@@ -39,7 +39,8 @@ pub(crate) fn encoded<T: serde::Serialize>(what: &'static str, message: &T) -> R
 
 /// The daemon's end of the orders.
 ///
-/// An order that finds the ring full waits here, in order, and goes out with the next [`OrderSender::flush`]. Ring the
+/// An order that finds the ring full waits here, in order, and goes out with the next [`OrderSender::flush`]; a fact
+/// that waits already is not added again, so those that wait are bounded by the facts that there are of a fleet. Ring the
 /// world afterwards ([`Gate::ring_world`](crate::Gate::ring_world)) if it may be asleep in the gate.
 pub struct OrderSender {
     ring: Ring,
@@ -64,7 +65,12 @@ impl OrderSender {
         if !self.ring.could_hold(bytes.len()) {
             return Err(BusError::new("order", "send it", "it is too large", "this is a bug in shoal"));
         }
-        self.waiting.push_back(bytes);
+        // While the world is stopped the same fact may come again and again: once is enough. Requests of operators are
+        // each different, and bounded by the daemon.
+        let is_fact = matches!(order, Order::Absent { .. } | Order::Stop);
+        if !(is_fact && self.waiting.contains(&bytes)) {
+            self.waiting.push_back(bytes);
+        }
         self.flush();
         Ok(())
     }

@@ -134,7 +134,11 @@ fn orders_arrive_in_order_however_many_there_are() {
     let order = |task| Order::Task { task, slot: task % 6, goal_m: [f64::from(task), 0.5], yaw_rad: None, now: false };
     let count = 40_000;
     (0..count).for_each(|task| sender.send(&order(task)).unwrap());
-    assert!(sender.flush() > 0, "this is more than the ring holds");
+    let waiting = sender.flush();
+    assert!(waiting > 0, "this is more than the ring holds");
+    let fact = Order::Absent { seat: seat(2), cause: Absence::Stopped };
+    (0..100).for_each(|_| sender.send(&fact).unwrap());
+    assert_eq!(sender.flush(), waiting + 1, "a fact that comes again and again waits once");
     for task in 0..count {
         let found = receiver.take().or_else(|| {
             sender.flush();
@@ -142,7 +146,8 @@ fn orders_arrive_in_order_however_many_there_are() {
         });
         assert_eq!(found, Some(order(task)));
     }
-    assert_eq!((receiver.take(), sender.flush()), (None, 0));
+    assert_eq!((receiver.take(), sender.flush()), (Some(fact), 0));
+    assert_eq!(receiver.take(), None);
     sender.send(&Order::Absent { seat: seat(1), cause: Absence::Overdue }).unwrap();
     // A daemon that takes over goes on where the other one stopped.
     OrderSender::open(&fleet.other).unwrap().send(&Order::Stop).unwrap();
