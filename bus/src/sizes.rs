@@ -23,6 +23,27 @@ pub fn nearly_full() -> bool {
         .is_ok_and(|stat| stat.f_bavail.saturating_mul(stat.f_frsize) < NEARLY_FULL && stat.f_blocks > 0)
 }
 
+/// The size of the huge page, bytes, that every file in `/dev/shm` takes at least, if it is mounted like that.
+fn huge_page() -> Option<u64> {
+    let setting = |name: &str| std::fs::read_to_string(format!("/sys/kernel/mm/transparent_hugepage/{name}")).ok();
+    let mounts = std::fs::read_to_string("/proc/self/mountinfo").ok()?;
+    if is_huge(&mounts, &setting("shmem_enabled").unwrap_or_default()) {
+        setting("hpage_pmd_size")?.trim().parse().ok()
+    } else {
+        None
+    }
+}
+
+/// Whether the mount of `/dev/shm`, or the machine's setting that overrules it, gives every file huge pages.
+fn is_huge(mounts: &str, setting: &str) -> bool {
+    // The fifth word of a line is where it is mounted, the options of the file system are the last; later mounts hide
+    // earlier ones.
+    let ours = mounts.lines().rfind(|line| line.split(' ').nth(4) == Some(crate::address::SHM));
+    let options = ours.and_then(|line| line.rsplit(' ').next()).unwrap_or_default();
+    let always = options.split(',').any(|option| option == "huge=always");
+    (always || setting.contains("[force]")) && !setting.contains("[deny]")
+}
+
 /// Places for the world, the daemon, observers and operators.
 const SPARE: usize = 32;
 const FILE: &str = "sizes";
@@ -67,6 +88,16 @@ impl Sizes {
         (world + boards + nodes + specs + gate + stats + control + frames::bytes_needed(*self)) * 5 / 4
     }
 
+    /// The same on this machine, where `/dev/shm` may give every file a huge page at least.
+    pub fn bytes_needed_here(&self) -> u64 {
+        self.bytes_needed() + huge_page().unwrap_or(0) * self.files_max()
+    }
+
+    /// How many files a fleet has at most.
+    fn files_max(&self) -> u64 {
+        64 + 40 * u64::from(self.max_robots)
+    }
+
     /// Refuses a fleet that does not fit. Writing to a full tmpfs is not an error but a SIGBUS, so this comes first.
     ///
     /// # Errors
@@ -74,18 +105,27 @@ impl Sizes {
     pub fn check_space(&self, address: &Address) -> Result<()> {
         let stat = rustix::fs::statvfs(address.root())
             .map_err(|e| BusError::io(address.root(), "ask for the free space", e))?;
-        let (needed, free) = (self.bytes_needed(), stat.f_bavail.saturating_mul(stat.f_frsize));
+        let (needed, free) = (self.bytes_needed_here(), stat.f_bavail.saturating_mul(stat.f_frsize));
         if free < needed {
+            let text = format!("{} robots need {needed} bytes of shared memory, {free} are free", self.max_robots);
+            if needed > self.bytes_needed() {
+                return Err(BusError::new(
+                    format!("`{}`", crate::address::SHM),
+                    "hold the fleet",
+                    format!("{text}: it is mounted with `huge=always`, so that every file takes a huge page"),
+                    "`mount -o remount,huge=never /dev/shm`, or enlarge it",
+                ));
+            }
             return Err(BusError::new(
                 format!("`{}`", crate::address::SHM),
                 "hold the fleet",
-                format!("{} robots need {needed} bytes of shared memory, {free} are free", self.max_robots),
+                text,
                 "enlarge it (`mount -o remount,size=2G /dev/shm`, or `--shm-size` of a container), remove what dead \
                  fleets left (`shoal clean`), or lower max_robots",
             ));
         }
         // Every file takes an inode; a tmpfs can be out of those too. Zero in all: no limit.
-        let files = 64 + 40 * u64::from(self.max_robots);
+        let files = self.files_max();
         if stat.f_files > 0 && stat.f_favail < files {
             return Err(BusError::new(
                 format!("`{}`", crate::address::SHM),
@@ -142,6 +182,23 @@ mod tests {
         crate::clean::sweep(&address);
         assert!(error.to_string().contains(&huge.bytes_needed().to_string()), "{error}");
         assert!(error.hint().unwrap().contains("/dev/shm"));
+    }
+
+    #[test]
+    fn huge_pages_of_the_mount_are_noticed() {
+        const SETTING: &str = "always within_size advise [never] deny force";
+        let mount = |options: &str| {
+            format!(
+                "29 27 0:25 / /dev/shm rw,nosuid shared:4 - tmpfs tmpfs {options}\n30 27 0:26 / /run rw - tmpfs x rw,huge=always\n"
+            )
+        };
+        assert!(is_huge(&mount("rw,size=4g,huge=always"), SETTING));
+        assert!(!is_huge(&mount("rw,size=4g"), SETTING));
+        assert!(!is_huge(&mount("rw,huge=within_size"), SETTING));
+        assert!(!is_huge(&(mount("rw,huge=always") + &mount("rw")), SETTING), "the later mount hides the earlier one");
+        assert!(is_huge(&mount("rw"), "always within_size advise never deny [force]"));
+        assert!(!is_huge(&mount("rw,huge=always"), "always within_size advise never [deny] force"));
+        assert!(!is_huge("", ""));
     }
 
     #[test]

@@ -44,6 +44,15 @@ fn shared_memory_is_too_small() {
 }
 
 #[test]
+fn shared_memory_gives_every_file_a_huge_page() {
+    refused("-t tmpfs -o size=256m,huge=always tmpfs", "10", &["10 robots need", "huge=always", "huge=never"]);
+    // Where there is room for them, a fleet runs.
+    let Some(machine) = PrivateShm::new("-t tmpfs -o size=2g,huge=always tmpfs") else { return };
+    let run = Run::scenario_by(machine.shoal(), &lanes(2, 1.0)).mode("lockstep").set("fleet.max_robots=2");
+    run.finish().expect(0);
+}
+
+#[test]
 fn shared_memory_has_too_few_files() {
     refused("-t tmpfs -o nr_inodes=40 tmpfs", "10", &["/dev/shm", "files"]);
 }

@@ -10,8 +10,7 @@ const FLEETS: [u32; 3] = [15, 64, 200];
 /// Pieces of obstacles that are reckoned with.
 const SHAPE_PIECES: u32 = 64;
 
-const PIDFD_HINT: &str =
-    "fleets run; but processes of a fleet whose daemon and guardian were killed must be ended by hand";
+const PIDFD_HINT: &str = "fleets run; processes of a fleet whose daemon and guardian were killed are ended by number";
 
 /// Judges what was seen.
 pub fn assess(machine: &Machine) -> Vec<Check> {
@@ -85,7 +84,7 @@ fn pass(name: &'static str, detail: impl Into<String>) -> Check {
 
 fn shared_memory(machine: &Machine) -> Check {
     const NAME: &str = "shared memory";
-    let need = |robots| Sizes { max_robots: robots, shape_pieces: SHAPE_PIECES }.bytes_needed();
+    let need = |robots| Sizes { max_robots: robots, shape_pieces: SHAPE_PIECES }.bytes_needed_here();
     match &machine.shm_free {
         Err((cause, hint)) => Check { name: NAME, status: State::Fail, detail: cause.clone(), hint: hint.clone() },
         Ok(free) => {
