@@ -2,7 +2,7 @@
 
 use super::{Check, Machine, State};
 use crate::report::text::bytes_text;
-use crate::scheduling;
+use crate::{limits, scheduling};
 use bus::Sizes;
 
 /// Fleets that a machine is measured by: the demo, a large one, a very large one.
@@ -52,7 +52,8 @@ pub fn assess(machine: &Machine) -> Vec<Check> {
             "memory",
             "a fleet",
             machine.memory_available,
-            |robots| (u64::from(robots) * 4 + 32) << 20,
+            // With something to spare: planners may keep more than the boards.
+            |robots| limits::memory_needed(robots.into()) * 3 / 2,
             &bytes_text,
             "end what uses it, raise the limit (`--memory` of a container, `MemoryMax=` of a unit), or run fewer robots",
         ),
