@@ -105,7 +105,7 @@ impl<'a> Layers<'a> {
             goals: place.goals,
             goal_yaw_rad: place.goal_yaw_rad,
             goal_yaw_tolerance_rad: body.float("goal_yaw_tolerance_rad"),
-            rounds: node.map_or(Some(1), |node| rounds(node)),
+            rounds: node.map_or(Some(1), rounds),
             goal_motion: place.goal_motion,
             goal_tolerance_m: body.float("goal_tolerance_m"),
             planner,
