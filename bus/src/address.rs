@@ -27,7 +27,7 @@ impl Address {
     /// A new address with a random id; its root directory is made, for this user only.
     ///
     /// # Errors
-    /// When `/dev/shm` is missing, is not a tmpfs, is full, or is closed to us.
+    /// When `/dev/shm` is missing, is not a tmpfs, is full, or is not accessible.
     pub fn create() -> Result<Address> {
         check_shm()?;
         let mut bytes = [0_u8; ID_LEN];

@@ -31,7 +31,7 @@ impl Barrier {
     /// Makes the barrier of this address, open to nobody yet.
     ///
     /// # Errors
-    /// When shared memory is full or closed to us.
+    /// When shared memory is full or not accessible.
     pub fn create(address: &Address) -> Result<Barrier> {
         let map = Mapping::create(address, FILE, LEN, |map| map.u64_at(0).store(MAGIC, Release))?;
         Ok(Barrier { map })

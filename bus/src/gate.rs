@@ -146,7 +146,7 @@ impl Gate {
     /// Makes the gate of a fleet. Its memory is reserved at once.
     ///
     /// # Errors
-    /// When shared memory is full or closed to us.
+    /// When shared memory is full or not accessible.
     pub fn create(address: &Address, max_robots: u32) -> Result<Gate> {
         let len = SLOTS + max_robots as usize * SLOT_SIZE + TRACE * 8;
         let map = Mapping::create(address, FILE, len, |map| {

@@ -186,7 +186,7 @@ impl StatsWriter {
     /// Makes the file of this name, in place of an older one.
     ///
     /// # Errors
-    /// When shared memory is full or closed to us.
+    /// When shared memory is full or not accessible.
     pub fn create(address: &Address, name: &str, histograms: &[Metric], strips: Strips<'_>) -> Result<StatsWriter> {
         let directory = address.file(DIRECTORY);
         match std::fs::create_dir(&directory) {

@@ -38,7 +38,7 @@ use nalgebra::{Point2, Vector2};
 /// Surfaces count as at least this far apart, so that the field stays finite, m.
 const RHO_MIN_M: f64 = 0.001;
 
-/// The line of the registry.
+/// Registry entry.
 pub static METHOD: Method = Method {
     name: "apf",
     summary: "artificial potential field: the goal pulls, obstacles and robots push",
@@ -61,7 +61,7 @@ crate::choice! {
 }
 
 crate::params! {
-    /// What a scenario can change.
+    /// Parameters that a scenario can set.
     pub struct Params {
         /// Attraction gain k_p. Larger: faster towards the goal.
         k_att: f64 = 1.0, "1/s", 0.0..=100.0;

@@ -35,7 +35,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// The size of the pull to which speeds and pushes refer: C_a of AMR-APF.
 const C_A: f64 = 4.0;
 
-/// The line of the registry.
+/// Registry entry.
 pub static METHOD: Method = Method {
     name: "dapf",
     summary: "the baseline of amr-apf: pull and straight pushes of obstacles and robots",
@@ -64,9 +64,9 @@ crate::choice! {
 }
 
 crate::params! {
-    /// What a scenario can change. Values that are not given are those of the variant; the table shows `lin`.
+    /// Parameters that a scenario can set. Values that are not given are those of the variant; the table shows `lin`.
     pub struct Params {
-        /// Sets everything that is not given, and the attraction.
+        /// Variant of the paper: sets the attraction and all values that are not given.
         variant: Variant = Variant::Lin, "";
         /// Safety distance s, part of every ρ. Larger: wider around everything.
         safety_m: f64 = 0.07, "m", 0.0..=10.0;
@@ -79,7 +79,7 @@ crate::params! {
         right_of_way: bool = false, "";
         /// Forces to three decimals as in the program: for comparing step counts.
         exact: bool = false, "";
-        /// sgn(0) = 0 as in the program: a robot that must turn in place but faces its way exactly does not.
+        /// sgn(0) = 0 as in the program: a robot that must turn in place does not turn if its heading error is exactly zero.
         sgn_zero: bool = false, "";
     }
 }

@@ -51,7 +51,7 @@ const PUSH_MAX: f64 = 1000.0;
 /// Ages are counted in ticks, and six ticks of 0.05 s come out as a little more than 0.3 s.
 const ROUNDING_S: f64 = 1e-9;
 
-/// The line of the registry.
+/// Registry entry.
 pub static METHOD: Method = Method {
     name: "decentralized-apf",
     summary: "potential field over goal, obstacles and the other robots' exchanged positions",
@@ -74,7 +74,7 @@ crate::choice! {
 }
 
 crate::params! {
-    /// What a scenario can change.
+    /// Parameters that a scenario can set.
     pub struct Params {
         /// Attraction gain ξ. Larger: faster towards the goal.
         xi: f64 = 1.0, "1/s", 0.0..=100.0;

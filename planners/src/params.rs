@@ -55,7 +55,7 @@ pub struct ParamSpec {
     pub unit: &'static str,
     /// What it may be.
     pub kind: ParamKind,
-    /// What it is when nobody says.
+    /// Default.
     pub default: ParamValue,
     /// What it does, and what larger means.
     pub help: &'static str,

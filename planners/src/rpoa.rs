@@ -61,7 +61,7 @@ const PATIENCE_S: f64 = 5.0;
 /// A target that is further away from where it was a tick ago is another one, m.
 const SAME_TARGET_M: f64 = 0.5;
 
-/// The line of the registry.
+/// Registry entry.
 pub static METHOD: Method = Method {
     name: "rpoa",
     summary: "random particles: the step that gains most distance without climbing an obstacle's hill",
@@ -85,14 +85,14 @@ crate::choice! {
 }
 
 crate::params! {
-    /// What a scenario can change.
+    /// Parameters that a scenario can set.
     pub struct Params {
-        /// Number of particles n. Larger: straighter ways, more to compute.
+        /// Number of particles n. Larger: straighter paths, more computation.
         particles: u32 = 60, "", 1..=1000;
         /// Radius C_t of the particles' circle. Larger: looks further ahead, turns later. Limits the speed to one radius
         /// a tick; the default follows the speed limit: it is at least what the body drives in a tick.
         step_radius: f64 = 0.1, "m", 0.001..=10.0;
-        /// Sensor range r_s to an inflated surface. Larger: gives way sooner; too large: feels too many hills at once.
+        /// Sensor range r_s to an inflated surface. Larger: gives way sooner; too large: many hills overlap.
         sensor_range: f64 = 1.0, "m", 0.0..=100.0;
         /// Height α_o of an obstacle's Gaussian. Larger: obstacles near the target count more.
         alpha_obs: f64 = 1.0, "", 0.0..=1e6;
@@ -107,9 +107,9 @@ crate::params! {
         lambda: f64 = 0.0, "", 0.0..=1e6;
         /// Random particles, or equal parts of the circle for repeatable examples.
         angles: Angles = Angles::Random, "";
-        /// Pass over particles too near to a surface. Not in the paper.
+        /// Reject particles that are too near to a surface. Not in the paper.
         guard: bool = true, "";
-        /// How near is too near for the guard. Larger: keeps further away.
+        /// Minimum distance to a surface for the guard. Larger: keeps further away.
         d_safe: f64 = 0.15, "m", 0.0..=100.0;
         /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
         heading_gain: f64 = 3.0, "1/s", 0.0..=100.0;

@@ -9,7 +9,7 @@ use crate::params::{ParamError, ParamValues};
 use crate::planner::{Plan, PlanInput, Planner};
 use crate::registry::{Identity, Method, Symmetry, any_speed};
 
-/// The line of the registry.
+/// Registry entry.
 pub static METHOD: Method = Method {
     name: "straight",
     summary: "straight to the goal at full speed, blind to everything else",
@@ -22,7 +22,7 @@ pub static METHOD: Method = Method {
 };
 
 crate::params! {
-    /// What a scenario can change.
+    /// Parameters that a scenario can set.
     pub struct Params {
         /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
         heading_gain: f64 = 3.0, "1/s", 0.0..=100.0;
@@ -32,7 +32,7 @@ crate::params! {
 /// The method at work for one robot; it remembers nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Straight {
-    /// What a scenario can change.
+    /// Parameters that a scenario can set.
     pub params: Params,
 }
 

@@ -61,7 +61,7 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
         report.add(here, "goals", format!("there can be at most {MAX_GOALS}, there are {}", goals.len()));
     }
     for point in goals.iter().chain([&request.start]).filter(|point| !point.coords.iter().all(|x| x.is_finite())) {
-        report.add(here, "", format!("[{}, {}] is no place", point.x, point.y));
+        report.add(here, "", format!("[{}, {}] is not a finite position", point.x, point.y));
     }
 
     let kind = request.kind.unwrap_or(template.kind);
@@ -104,7 +104,7 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
 pub fn goal_problem(scenario: &Scenario, robot: &Robot, goal: Point2<f64>, yaw_rad: Option<f64>) -> Option<String> {
     let mut report = Report::new(format!("robot `{}`", robot.id), Vec::new());
     if !goal.coords.iter().all(|x| x.is_finite()) {
-        return Some(format!("[{}, {}] is no place", goal.x, goal.y));
+        return Some(format!("[{}, {}] is not a finite position", goal.x, goal.y));
     }
     let surfaces = Surfaces::new(&scenario.obstacles);
     let ground = Ground { world: scenario.bounds, surfaces: &surfaces };

@@ -79,7 +79,7 @@ fn geometry(node: &Node, of_kind: Option<&Node>, report: &mut Report) -> Option<
     for joint in 0..2 {
         let (min, max) = (joint_min_rad[joint], joint_max_rad[joint]);
         let problem = if min >= max {
-            format!("joint {} turns from {min} to {max} rad, which is no range", joint + 1)
+            format!("joint {}: its lower limit, {min} rad, is above its upper limit, {max} rad", joint + 1)
         } else if joint == 1 && (min < -PI || max > PI) {
             format!("joint 2 turns from {min} to {max} rad, more than half a turn to one side")
         } else {

@@ -147,12 +147,17 @@ pub(crate) fn set(table: &mut RawTable, assignment: &str, origin: Origin, report
         Err(_) if is_bare(value.trim()) => Raw { origin, value: RawValue::Text(value.trim().to_string()) },
         Err(error) => {
             let message = format!("not a TOML value: {}", error.message().replace('\n', ", "));
-            report.add_hint(origin, path, message, "strings with other than letters, digits, `-` and `_` need quotes");
+            report.add_hint(
+                origin,
+                path,
+                message,
+                "strings with characters other than letters, digits, `-` and `_` need quotes",
+            );
             return;
         }
     };
     let Some(steps) = steps(path) else {
-        report.add_hint(origin, "", "is no key", "write a path such as robot[2].radius_m or radio.drop");
+        report.add_hint(origin, "", "is not a key path", "write a path such as robot[2].radius_m or radio.drop");
         return;
     };
     if let Err((message, hint)) = put(table, &steps, value, origin) {
@@ -192,7 +197,7 @@ fn put(table: &mut RawTable, steps: &[Step<'_>], value: Raw, origin: Origin) -> 
             slot.value = RawValue::List(Vec::new());
         }
         let RawValue::List(list) = &mut slot.value else {
-            return Err((format!("`{name}` is no list"), format!("leave out [{index}]")));
+            return Err((format!("`{name}` is not a list"), format!("leave out [{index}]")));
         };
         if index > list.len() {
             let hint = "an index counts the entries of the file from 0; robots of a layout are not entries".to_string();

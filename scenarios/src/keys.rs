@@ -2,7 +2,7 @@
 
 use crate::table::ROOT;
 
-/// No length, speed or time in a scenario is larger: beyond it a mistake is likelier than a wish.
+/// No length, speed or time in a scenario is larger: larger values are almost certainly mistakes.
 pub(crate) const LARGE: f64 = 1e6;
 
 /// No place is farther from the origin, m: northings of UTM fit, and positions are exact to two nanometres there.
@@ -100,7 +100,7 @@ pub(crate) struct Key {
     pub(crate) name: &'static str,
     /// What its value must be.
     pub(crate) ty: Type,
-    /// What it is when nobody says.
+    /// Default.
     pub(crate) preset: Preset,
     /// What it does.
     pub(crate) help: &'static str,

@@ -226,7 +226,7 @@ impl Crew {
         members.extend(alone);
         if members.is_empty() && complete {
             let hint = "add a [[robot]] with id, start_m and goal_m, or a [layout]";
-            report.add_hint(Origin::Whole, "", "there are no robots", hint);
+            report.add_hint(Origin::Whole, "", "the scenario has no robots", hint);
         }
         if members.len() > MAX_ROBOTS {
             let message = format!("layout and robots together are {}, at most {MAX_ROBOTS} are allowed", members.len());
@@ -349,7 +349,7 @@ fn unique(robots: &[Robot], sources: &[Source], report: &mut Report) {
         if let Some(first) = seen.insert(&robot.id, slot) {
             let (key, origin) = &sources[slot].id;
             let message = format!("the id `{}` is taken by {}", robot.id, owner(&sources[first]));
-            report.add_hint(*origin, key, message, "every robot needs an id of its own");
+            report.add_hint(*origin, key, message, "ids must be unique");
         }
     }
 }

@@ -21,21 +21,21 @@ pub(crate) static ROOT: Section = Section {
     help: "One experiment: a world, a fleet, a timeline and what is expected of them.",
     tag: None,
     groups: &[&[
-        computed("name", Text(64), "the name of the file", "Its name, for reports."),
-        preset("description", Text(500), "\"\"", "What it shows, in a line."),
+        computed("name", Text(64), "the name of the file", "Name of the scenario, for reports."),
+        preset("description", Text(500), "\"\"", "Description in one line."),
         optional("world", Table(&WORLD), "The edges of the world."),
-        optional("clock", Table(&CLOCK), "How time passes."),
-        optional("fleet", Table(&FLEET), "How the fleet is run."),
-        optional("processes", Table(&PROCESSES), "Which processors and which scheduling class its processes have."),
+        optional("clock", Table(&CLOCK), "Clock: mode, tick rate, duration."),
+        optional("fleet", Table(&FLEET), "Capacity and time limits of the fleet."),
+        optional("processes", Table(&PROCESSES), "Processors and scheduling classes of the processes."),
         optional("radio", Table(&RADIO), "Faults of the radio, from the start."),
-        optional("defaults", Table(&DEFAULTS), "What holds for every robot that does not say otherwise."),
-        optional("kinds", Table(&KINDS), "What holds for every robot of a kind; stronger than `defaults`."),
-        optional("planners", Methods, "Parameters by method, for the whole fleet."),
+        optional("defaults", Table(&DEFAULTS), "Default values for every robot."),
+        optional("kinds", Table(&KINDS), "Default values by body kind; they override `defaults`."),
+        optional("planners", Methods, "Parameters by planner, for the whole fleet."),
         optional("layout", Table(&LAYOUT), "Robots in a pattern. They come before the `robot` entries."),
         optional("robot", Tables(&ROBOT, MAX_ROBOTS), "Robots one by one."),
-        optional("obstacle", Tables(&OBSTACLE, MAX_SHAPES), "What stands or moves in the world besides robots."),
-        optional("event", Tables(&EVENT, MAX_EVENTS), "What happens when."),
-        optional("expect", Table(&EXPECT), "When the run counts as a success."),
+        optional("obstacle", Tables(&OBSTACLE, MAX_SHAPES), "Obstacles, fixed or moving."),
+        optional("event", Tables(&EVENT, MAX_EVENTS), "Timeline of events."),
+        optional("expect", Table(&EXPECT), "Conditions under which the run is a success."),
     ]],
 };
 
@@ -52,14 +52,14 @@ static WORLD: Section = Section {
 
 static CLOCK: Section = Section {
     title: "[clock]",
-    help: "How time passes.",
+    help: "Clock: mode, tick rate, duration.",
     tag: None,
     groups: &[&[
         preset(
             "mode",
             Choice(&["realtime", "lockstep", "single"]),
             "\"lockstep\"",
-            "Every process on its own timer, all in step, or all in one thread.",
+            "realtime: each process on its own timer; lockstep: all processes tick by tick; single: one thread.",
         ),
         preset(
             "tick_hz",
@@ -68,32 +68,32 @@ static CLOCK: Section = Section {
             "Ticks per second of simulated time.",
         ),
         preset("seed", Int { min: 0, max: u64::MAX as i128 }, "1", "Seed of every random stream."),
-        preset("duration_s", Float(POSITIVE), "60", "The run ends at this time at the latest."),
+        preset("duration_s", Float(POSITIVE), "60", "Simulated time limit of the run."),
         preset(
             "stop",
             Choice(&["arrived", "duration"]),
             "\"arrived\"",
-            "Ends when all robots are at their last goal and nothing is left to come, or only when the time is up.",
+            "arrived: ends when all robots are at their last goals and no event is pending; duration: ends at duration_s.",
         ),
     ]],
 };
 
 static FLEET: Section = Section {
     title: "[fleet]",
-    help: "How the fleet is run.",
+    help: "Capacity and time limits of the fleet.",
     tag: None,
     groups: &[&[
         computed(
             "max_robots",
             Int { min: 1, max: MAX_ROBOTS as i128 },
             "the robots of the file and 8 more, at most 1024",
-            "Places in the fleet; robots can be added to a running fleet until they are taken.",
+            "Maximum number of robots, those added to the running fleet included.",
         ),
         preset(
             "straggler",
             Choice(&["wait", "hold", "drop"]),
             "\"wait\"",
-            "What happens to a robot that does not answer: wait until the limit, hold it still, or drop it.",
+            "Policy for a robot that does not answer: wait for it up to the limit, hold it still, or drop it.",
         ),
         preset(
             "straggler_limit_s",
@@ -111,14 +111,14 @@ static FLEET: Section = Section {
             "start_limit_s",
             Float(POSITIVE),
             "30",
-            "An agent that is not ready after this long, not counting waits for a processor, is dead.",
+            "An agent that is not ready after this time, waits for a processor not counted, counts as dead.",
         ),
     ]],
 };
 
 static PROCESSES: Section = Section {
     title: "[processes]",
-    help: "Where the processes of the fleet run, and how they are scheduled. `single` has none and ignores it.",
+    help: "Processors and scheduling classes of the fleet's processes. Ignored by `single`, which has no processes.",
     tag: None,
     groups: &[&[
         optional("world", Table(&PROCESSES_WORLD), "The world's process."),
@@ -132,19 +132,14 @@ static PROCESSES_AGENTS: Section =
     Section { title: "[processes.agents]", help: "The process of every robot.", tag: None, groups: &[SCHEDULING] };
 
 const SCHEDULING: &[Key] = &[
-    computed("cpus", Numbers(CPU_MAX), "those that shoal itself may use", "Processors that it may use."),
+    computed("cpus", Numbers(CPU_MAX), "those that shoal itself may use", "Processors that the process may use."),
     computed(
         "scheduling",
         Choice(&["other", "batch", "fifo", "rr"]),
         "that of shoal itself",
-        "Its scheduling class, see sched(7). The real-time classes, fifo and rr, need a permission.",
+        "Scheduling class, see sched(7). The real-time classes fifo and rr need a permission.",
     ),
-    computed(
-        "priority",
-        Int { min: 1, max: 99 },
-        "1",
-        "Its priority among real-time processes; only with fifo and rr.",
-    ),
+    computed("priority", Int { min: 1, max: 99 }, "1", "Real-time priority; only with fifo and rr."),
 ];
 
 static RADIO: Section = Section {
@@ -152,13 +147,8 @@ static RADIO: Section = Section {
     help: "Faults of the radio between robots, from the start.",
     tag: None,
     groups: &[&[
-        preset(
-            "delay_ticks",
-            DELAY,
-            "0",
-            "Poses are heard late by this much, on top of the one tick they always take.",
-        ),
-        preset("drop", Float(SHARE), "0", "Share of poses that get lost."),
+        preset("delay_ticks", DELAY, "0", "Additional delay of heard poses; every pose is at least one tick old."),
+        preset("drop", Float(SHARE), "0", "Share of poses that are lost."),
         preset("noise_m", Float(NOT_NEGATIVE), "0", "Standard deviation of the error on a heard position, per axis."),
     ]],
 };
@@ -170,7 +160,7 @@ const KIND: Type = Choice(&["point", "unicycle", "two-link-arm"]);
 
 pub(crate) static DEFAULTS: Section = Section {
     title: "[defaults]",
-    help: "What holds for every robot that does not say otherwise.",
+    help: "Default values for every robot.",
     tag: None,
     groups: &[&[KIND_KEY], MOBILE, BODY],
 };
@@ -179,26 +169,26 @@ const KIND_KEY: Key = preset(
     "kind",
     KIND,
     "\"point\"",
-    "How it moves: any velocity in the plane, forward speed and turn rate, or a fixed arm with the rates of two joints.",
+    "Body kind. point: any velocity in the plane; unicycle: forward speed and turn rate; two-link-arm: fixed base, two joint rates.",
 );
 
 static KINDS: Section = Section {
     title: "[kinds]",
-    help: "What holds for every robot of a kind; stronger than `[defaults]`, weaker than the robot itself.",
+    help: "Default values by body kind. They override `[defaults]`; a `[[robot]]` overrides them.",
     tag: None,
     groups: &[&[
-        optional("point", Table(&KINDS_POINT), "What holds for every point robot."),
-        optional("unicycle", Table(&KINDS_UNICYCLE), "What holds for every unicycle."),
-        optional("two-link-arm", Table(&KINDS_ARM), "What holds for every arm."),
+        optional("point", Table(&KINDS_POINT), "Default values for point robots."),
+        optional("unicycle", Table(&KINDS_UNICYCLE), "Default values for unicycles."),
+        optional("two-link-arm", Table(&KINDS_ARM), "Default values for arms."),
     ]],
 };
 
 static KINDS_POINT: Section =
-    Section { title: "[kinds.point]", help: "What holds for every point robot.", tag: None, groups: &[MOBILE, BODY] };
+    Section { title: "[kinds.point]", help: "Default values for point robots.", tag: None, groups: &[MOBILE, BODY] };
 static KINDS_UNICYCLE: Section =
-    Section { title: "[kinds.unicycle]", help: "What holds for every unicycle.", tag: None, groups: &[MOBILE, BODY] };
+    Section { title: "[kinds.unicycle]", help: "Default values for unicycles.", tag: None, groups: &[MOBILE, BODY] };
 pub(crate) static KINDS_ARM: Section =
-    Section { title: "[kinds.two-link-arm]", help: "What holds for every arm.", tag: None, groups: &[BODY, ARM] };
+    Section { title: "[kinds.two-link-arm]", help: "Default values for arms.", tag: None, groups: &[BODY, ARM] };
 
 pub(crate) static ROBOT: Section = Section {
     title: "[[robot]]",
@@ -207,12 +197,12 @@ pub(crate) static ROBOT: Section = Section {
     tag: None,
     groups: &[
         &[
-            required("id", Id(32), "Its name."),
+            required("id", Id(32), "Name of the robot."),
             computed(
                 "start_m",
                 Pair,
                 "that of the layout; a robot that no layout has needs it",
-                "Where it starts; of an arm, its tip.",
+                "Start position; of an arm, that of its tip.",
             ),
             computed(
                 "goal_m",
@@ -228,7 +218,7 @@ pub(crate) static ROBOT: Section = Section {
                 "How often it goes through its waypoints and its last goal. One that does so forever never arrives, and is \
                  not expected to.",
             ),
-            optional("goal_motion", Table(&MOTION), "How its last goal moves."),
+            optional("goal_motion", Table(&MOTION), "Motion of the last goal."),
             KIND_KEY,
         ],
         MOBILE,
@@ -240,21 +230,26 @@ pub(crate) static ROBOT: Section = Section {
 
 /// What robots that drive about, kinds and defaults can say.
 pub(crate) const MOBILE: &[Key] = &[
-    computed("start_yaw_rad", Float(ANY), "towards its first goal", "Its heading at the start; not of an arm."),
-    preset("radius_m", Float(POSITIVE), "0.2", "Body radius; not of an arm."),
-    preset("reverse_mps_max", Float(NOT_NEGATIVE), "0", "Greatest reverse speed of a unicycle; 0: it cannot reverse."),
+    computed("start_yaw_rad", Float(ANY), "towards its first goal", "Heading at the start; not for an arm."),
+    preset("radius_m", Float(POSITIVE), "0.2", "Body radius; not for an arm."),
+    preset("reverse_mps_max", Float(NOT_NEGATIVE), "0", "Maximum reverse speed of a unicycle; 0: no reverse."),
     preset(
         "turning_radius_m_min",
         Float(NOT_NEGATIVE),
         "0",
         "Smallest radius on which a unicycle can turn, as a car has it; 0: it can turn where it stands.",
     ),
-    preset("accel_mps2_max", Float(UNLIMITED), "inf", "Greatest change of speed (unicycle) or velocity (point)."),
+    preset(
+        "accel_mps2_max",
+        Float(UNLIMITED),
+        "inf",
+        "Maximum acceleration, of the speed (unicycle) or the velocity (point).",
+    ),
 ];
 
 /// What only an arm can say that stands somewhere.
 pub(crate) const PLACED_ARM: &[Key] = &[
-    optional("base_m", Pair, "Where an arm is fixed; every arm needs it."),
+    optional("base_m", Pair, "Base position of an arm; required for arms."),
     optional(
         "start_joints_rad",
         Joints(ANY),
@@ -270,12 +265,8 @@ pub(crate) const PLACED_ARM: &[Key] = &[
 
 /// What arms and their kind can say.
 pub(crate) const ARM: &[Key] = &[
-    optional(
-        "links_m",
-        Joints(POSITIVE),
-        "Lengths of the links of an arm, the one at the base first; every arm needs them.",
-    ),
-    preset("link_radius_m", Float(NOT_NEGATIVE), "0.05", "Half the thickness of the links of an arm."),
+    optional("links_m", Joints(POSITIVE), "Link lengths of an arm, the link at the base first; required for arms."),
+    preset("link_radius_m", Float(NOT_NEGATIVE), "0.05", "Radius of the links of an arm."),
     preset(
         "joint_min_rad",
         Joints(ANY),
@@ -286,19 +277,19 @@ pub(crate) const ARM: &[Key] = &[
         "joint_max_rad",
         Joints(ANY),
         "[6.283185307179586, 1.5707963267948966]",
-        "Greatest joint angles of an arm. Joints stop there; a full turn does not join its ends.",
+        "Maximum joint angles of an arm. A joint stops at its limit, even where the limits are a full turn apart.",
     ),
 ];
 
 /// What robots, kinds and defaults can say.
 const BODY: &[Key] = &[
-    preset("speed_mps_max", Float(POSITIVE), "1", "Greatest speed; of an arm, that of its tip."),
-    preset("turn_radps_max", Float(POSITIVE), "3", "Greatest turn rate of a unicycle, and of each joint of an arm."),
+    preset("speed_mps_max", Float(POSITIVE), "1", "Maximum speed; of an arm, that of its tip."),
+    preset("turn_radps_max", Float(POSITIVE), "3", "Maximum turn rate of a unicycle, and of each joint of an arm."),
     preset(
         "turn_accel_radps2_max",
         Float(UNLIMITED),
         "inf",
-        "Greatest change of turn rate of a unicycle, and of each joint rate of an arm.",
+        "Maximum angular acceleration of a unicycle, and of each joint of an arm.",
     ),
     preset("goal_tolerance_m", Float(POSITIVE), "0.1", "A goal counts as reached within this distance."),
     preset(
@@ -307,30 +298,30 @@ const BODY: &[Key] = &[
         "0.1",
         "A heading at a goal counts as reached within this angle.",
     ),
-    preset("planner", Planner, "\"decentralized-apf\"", "Its method."),
-    optional("params", Params, "Parameters of its method; stronger than `[planners]`."),
-    preset(
-        "sensor_range_m",
-        Float(POSITIVE),
-        "5",
-        "How far its sensors see, from its centre (of an arm, its tip) to a surface.",
-    ),
-    preset("radio_range_m", Float(POSITIVE), "10", "How far its radio hears, centre to centre (of an arm, its tip)."),
+    preset("planner", Planner, "\"decentralized-apf\"", "Planner."),
+    optional("params", Params, "Parameters of the planner; they override `[planners]`."),
+    preset("sensor_range_m", Float(POSITIVE), "5", "Sensor range, from the centre (of an arm, the tip) to a surface."),
+    preset("radio_range_m", Float(POSITIVE), "10", "Radio range, centre to centre (of an arm, from the tip)."),
     preset(
         "radio_hysteresis_m",
         Float(NOT_NEGATIVE),
         "0.5",
-        "A robot once heard is kept until this much further away.",
+        "Hysteresis: a neighbour is dropped only beyond the range plus this distance.",
     ),
-    preset("knows_map", Bool, "false", "Whether its method may look at the map of fixed obstacles."),
+    preset("knows_map", Bool, "false", "Whether the planner knows the map of fixed obstacles."),
     preset(
         "restart",
         Choice(&["never", "on-failure"]),
         "\"never\"",
-        "Whether its process is started again when it ends unasked.",
+        "Whether the process is restarted when it exits unexpectedly.",
     ),
-    preset("restart_limit", Int { min: 1, max: 1000 }, "3", "How often, with `restart = \"on-failure\"`."),
-    preset("restart_delay_s", Float(NOT_NEGATIVE), "1", "How long after it went it comes back."),
+    preset(
+        "restart_limit",
+        Int { min: 1, max: 1000 },
+        "3",
+        "Maximum number of restarts, with `restart = \"on-failure\"`.",
+    ),
+    preset("restart_delay_s", Float(NOT_NEGATIVE), "1", "Delay before a restart."),
     optional(
         "agent",
         Text(4096),
@@ -340,10 +331,10 @@ const BODY: &[Key] = &[
 
 static MOTION: Section = Section {
     title: "motion",
-    help: "How something moves: a function of time alone. It starts where its motion starts.",
+    help: "Motion as a function of time. The body is placed at the start of its motion.",
     tag: Some("kind"),
     groups: &[&[
-        required("kind", Choice(&["orbit", "bounce", "random-walk", "waypoints"]), "What kind of motion."),
+        required("kind", Choice(&["orbit", "bounce", "random-walk", "waypoints"]), "Kind of motion."),
         required("center_m", Pair, "Centre of the circle.").only(&["orbit"]),
         computed("radius_m", Float(POSITIVE), "the distance from the centre", "Radius of the circle.").only(&["orbit"]),
         required("omega_radps", Float(ANY), "Angular speed, counter-clockwise.").only(&["orbit"]),
@@ -357,15 +348,15 @@ static MOTION: Section = Section {
             "Time between random turns.",
         )
         .only(&["random-walk"]),
-        computed("x_m", Interval, "the world's", "It is turned back at these x.").only(&["bounce", "random-walk"]),
-        computed("y_m", Interval, "the world's", "It is turned back at these y.").only(&["bounce", "random-walk"]),
-        required("points_m", Pairs { min: 2, max: 64 }, "From point to point, starting at the first.")
+        computed("x_m", Interval, "the world's", "Interval of x in which the motion stays.").only(&["bounce", "random-walk"]),
+        computed("y_m", Interval, "the world's", "Interval of y in which the motion stays.").only(&["bounce", "random-walk"]),
+        required("points_m", Pairs { min: 2, max: 64 }, "Points visited in order, starting at the first.")
             .only(&["waypoints"]),
         preset(
             "then",
             Choice(&["loop", "ping-pong", "stop"]),
             "\"loop\"",
-            "After the last point: straight to the first, back the way it came, or stay.",
+            "After the last point: loop goes straight to the first, ping-pong goes back through the points, stop stays.",
         )
         .only(&["waypoints"]),
     ]],
@@ -373,15 +364,15 @@ static MOTION: Section = Section {
 
 static LAYOUT: Section = Section {
     title: "[layout]",
-    help: "Robots in a pattern. Their ids are the prefix and a number; their bodies are those of `[defaults]`.",
+    help: "Robots in a pattern. Their ids are the prefix and a number; their bodies are taken from `[defaults]`.",
     tag: Some("kind"),
     groups: &[&[
         required(
             "kind",
             Choice(&["circle-swap", "ring", "grid", "line", "random", "list"]),
-            "Across a circle, round a circle, a block that moves, two facing lines that swap, anywhere, or as listed.",
+            "circle-swap: across a circle; ring: round a circle; grid: a block that moves; line: two facing lines that swap; random; list: as listed.",
         ),
-        required("robots", Int { min: 1, max: MAX_ROBOTS as i128 }, "How many."),
+        required("robots", Int { min: 1, max: MAX_ROBOTS as i128 }, "Number of robots."),
         preset("id_prefix", Id(24), "\"r\"", "Ids are r00, r01 and so on."),
         preset("center_m", Pair, "[0, 0]", "Centre of the pattern.").only(&["circle-swap", "ring", "grid", "line"]),
         required("radius_m", Float(POSITIVE), "Radius of the circle.").only(&["circle-swap", "ring"]),
@@ -391,44 +382,40 @@ static LAYOUT: Section = Section {
             "shift",
             Int { min: 1, max: MAX_ROBOTS as i128 },
             "half the robots",
-            "A robot's goal is the place this many further round.",
+            "A robot's goal is the start of the robot this many positions further round.",
         )
         .only(&["ring"]),
         preset("spacing_m", Float(POSITIVE), "1.5", "Centre to centre, along rows and columns.")
             .only(&["grid", "line"]),
-        computed("columns", Int { min: 1, max: MAX_ROBOTS as i128 }, "as square as it gets", "Robots in a row.")
+        computed("columns", Int { min: 1, max: MAX_ROBOTS as i128 }, "as square as possible", "Robots in a row.")
             .only(&["grid"]),
-        required("offset_m", Pair, "Where the block goes, from where it is.").only(&["grid"]),
-        required("gap_m", Float(POSITIVE), "From line to line.").only(&["line"]),
+        required("offset_m", Pair, "Displacement of the block from start to goal.").only(&["grid"]),
+        required("gap_m", Float(POSITIVE), "Distance between the lines.").only(&["line"]),
         preset(
             "spread_m",
             Float(NOT_NEGATIVE),
             "0.2",
-            "Least free space round every start and goal, surface to surface.",
+            "Minimum free space round every start and goal, surface to surface.",
         )
         .only(&["random"]),
-        preset("goal_distance_m_min", Float(NOT_NEGATIVE), "0", "Least distance from a robot's start to its goal.")
+        preset("goal_distance_m_min", Float(NOT_NEGATIVE), "0", "Minimum distance from a robot's start to its goal.")
             .only(&["random"]),
-        required("starts_m", PLACES, "Where robots start, in order; the first so many are taken.").only(&["list"]),
-        required("goals_m", PLACES, "Where they go, in the same order.").only(&["list"]),
+        required("starts_m", PLACES, "Start positions, in order; only the first `robots` entries are used.")
+            .only(&["list"]),
+        required("goals_m", PLACES, "Goals, in the same order.").only(&["list"]),
         computed("x_m", Interval, "the world's", "Starts and goals lie within these x.").only(&["random"]),
         computed("y_m", Interval, "the world's", "Starts and goals lie within these y.").only(&["random"]),
-        preset("jitter_m", Float(NOT_NEGATIVE), "0", "Starts are moved by up to this much, by the seed.").only(&[
-            "circle-swap",
-            "ring",
-            "grid",
-            "line",
-            "list",
-        ]),
+        preset("jitter_m", Float(NOT_NEGATIVE), "0", "Maximum random displacement of starts, drawn from the seed.")
+            .only(&["circle-swap", "ring", "grid", "line", "list"]),
     ]],
 };
 
 static OBSTACLE: Section = Section {
     title: "[[obstacle]]",
-    help: "Something in the world that is not a robot.",
+    help: "An obstacle, fixed or moving.",
     tag: Some("shape"),
     groups: &[&[
-        required("shape", Choice(&["disc", "segment", "capsule", "polygon"]), "What shape it has."),
+        required("shape", Choice(&["disc", "segment", "capsule", "polygon"]), "Shape of the obstacle."),
         required("center_m", Pair, "Centre.").only(&["disc"]),
         required("from_m", Pair, "One end.").only(&["segment", "capsule"]),
         required("to_m", Pair, "The other end.").only(&["segment", "capsule"]),
@@ -436,35 +423,35 @@ static OBSTACLE: Section = Section {
             .only(&["disc", "capsule"]),
         required("corners_m", Pairs { min: 3, max: MAX_SHAPES }, "Corners in order; the inside is solid.")
             .only(&["polygon"]),
-        optional("motion", Table(&MOTION), "How it moves."),
+        optional("motion", Table(&MOTION), "Motion of the obstacle."),
     ]],
 };
 
 static EVENT: Section = Section {
     title: "[[event]]",
-    help: "Something that happens at the beginning of a tick.",
+    help: "An event of the timeline. It takes effect at the beginning of a tick.",
     tag: Some("kind"),
     groups: &[&[
-        required("at_s", Float(NOT_NEGATIVE), "When; rounded to a tick."),
+        required("at_s", Float(NOT_NEGATIVE), "Time of the event; rounded to a tick."),
         required(
             "kind",
             Choice(&["join", "leave", "task", "kill", "pause", "radio"]),
-            "A robot enters (it is absent before), goes, is given a goal, loses its process, or is stopped for a while; or the radio changes.",
+            "join: the robot enters (it is absent before); leave; task: a new goal; kill and pause: of the robot's process; radio: new radio settings.",
         ),
         required("robot", Text(32), "Id of the robot.").only(&["join", "leave", "task", "kill", "pause"]),
         required("goal_m", Pose, "The goal; a third number is the heading of a unicycle there, rad.").only(&["task"]),
-        preset("now", Bool, "false", "Head there at once and forget the goals that were waiting.").only(&["task"]),
-        required("for_s", Float(POSITIVE), "For how long; rounded to ticks, at least one.").only(&["pause"]),
-        optional("robot", Text(32), "Id of the robot that hears like this; without it, all do.").only(&["radio"]),
-        computed("delay_ticks", DELAY, "as in `[radio]`", "From now on poses are heard late by this much.")
+        preset("now", Bool, "false", "Replace the present goals instead of queueing the new one.").only(&["task"]),
+        required("for_s", Float(POSITIVE), "Length of the pause; rounded to ticks, at least one.").only(&["pause"]),
+        optional("robot", Text(32), "Id of the receiving robot; by default all robots.").only(&["radio"]),
+        computed("delay_ticks", DELAY, "as in `[radio]`", "Additional delay of heard poses from this time on.")
             .only(&["radio"]),
-        computed("drop", Float(SHARE), "as in `[radio]`", "From now on this share of poses gets lost.")
+        computed("drop", Float(SHARE), "as in `[radio]`", "Share of poses that are lost from this time on.")
             .only(&["radio"]),
         computed(
             "noise_m",
             Float(NOT_NEGATIVE),
             "as in `[radio]`",
-            "From now on heard positions are off by this much.",
+            "Standard deviation of the position noise from this time on.",
         )
         .only(&["radio"]),
     ]],
@@ -472,18 +459,18 @@ static EVENT: Section = Section {
 
 static EXPECT: Section = Section {
     title: "[expect]",
-    help: "When the run counts as a success.",
+    help: "Conditions under which the run is a success.",
     tag: None,
     groups: &[&[
-        preset("arrived", AllOrCount, "\"all\"", "At least so many robots arrive."),
+        preset("arrived", AllOrCount, "\"all\"", "Minimum number of robots that arrive."),
         preset(
             "contacts_max",
             Int { min: 0, max: u64::MAX as i128 },
             "0",
-            "At most so many contacts, with robots and obstacles.",
+            "Maximum number of contacts, with robots and obstacles.",
         ),
-        optional("makespan_s_max", Float(POSITIVE), "All arrive within this time."),
-        optional("clearance_m_min", Float(ANY), "The smallest clearance, to robots and obstacles, is at least this."),
+        optional("makespan_s_max", Float(POSITIVE), "Maximum time until all have arrived."),
+        optional("clearance_m_min", Float(ANY), "Minimum clearance to robots and obstacles."),
     ]],
 };
 

@@ -105,7 +105,7 @@ impl Stage<'_> {
     fn unknown_robot(&self, node: &Node, id: &str, report: &mut Report) {
         let ids: Vec<&str> = self.robots.iter().map(|robot| robot.id.as_str()).collect();
         let hint = match ids.len() {
-            0 => "there are no robots".to_string(),
+            0 => "the scenario has no robots".to_string(),
             1..=20 => known("robots", id, &ids),
             many => {
                 let near = crate::problems::nearest(id, ids.iter().copied());

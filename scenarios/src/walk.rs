@@ -389,7 +389,7 @@ pub(crate) fn check_id(id: &str, max: usize) -> Result<(), String> {
     }
     let shown: String = id.chars().take(max + 8).collect();
     Err(format!(
-        "`{}` is no id: a lower-case letter, then lower-case letters, digits, `_` and `-`, at most {max} in all",
+        "`{}` is not a valid id: a lower-case letter, then lower-case letters, digits, `_` and `-`, at most {max} in all",
         shown.escape_debug()
     ))
 }

@@ -27,3 +27,36 @@ fn unknown_names_are_told_the_nearest() {
     assert_eq!(unknown.to_string(), "unknown scenario `demo15`");
     assert!(unknown.hint().ends_with("(did you mean `demo-15`?)"), "{}", unknown.hint());
 }
+
+/// docs/catalog.md, as the catalog is.
+fn page() -> String {
+    let mut page = "# Catalog\n\nThe scenarios that are built into shoal: `shoal run NAME`. *Robots* includes robots \
+                    that join later.\nA test keeps this page equal to the catalog.\n\n\
+                    | name | robots | obstacles | planner | shows |\n|---|---|---|---|---|\n"
+        .to_owned();
+    for entry in catalog() {
+        let scenario = parse(entry.name, entry.text, &Overrides::default()).unwrap();
+        let planners: std::collections::BTreeSet<_> =
+            scenario.robots.iter().map(|robot| format!("`{}`", robot.planner)).collect();
+        page += &format!(
+            "| `{}` | {} | {} | {} | {} |\n",
+            entry.name,
+            scenario.robots.len(),
+            scenario.obstacles.len(),
+            planners.into_iter().collect::<Vec<_>>().join(", "),
+            scenario.description
+        );
+    }
+    page
+}
+
+#[test]
+#[expect(clippy::disallowed_methods, reason = "the page is a file")]
+fn the_page_of_the_catalog_is_up_to_date() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/catalog.md");
+    let new = concat!(env!("CARGO_TARGET_TMPDIR"), "/catalog.md");
+    if std::fs::read_to_string(path).unwrap_or_default() != page() {
+        std::fs::write(new, page()).unwrap();
+        panic!("{path} is out of date: cp {new} {path}");
+    }
+}

@@ -68,7 +68,7 @@ const COURSE_SPEED_MPS: f64 = 1e-3;
 /// Ages are counted in ticks, and sums of ticks are a little off.
 const ROUNDING_S: f64 = 1e-9;
 
-/// The line of the registry.
+/// Registry entry.
 pub static METHOD: Method = Method {
     name: "amr-apf",
     summary: "potential field with sideways forces, right of way, and virtual obstacles against traps and crowds",

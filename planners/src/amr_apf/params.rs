@@ -110,9 +110,9 @@ crate::choice! {
 }
 
 crate::params! {
-    /// What a scenario can change. Values that are not given are those of the preset; the table shows `fixed`.
+    /// Parameters that a scenario can set. Values that are not given are those of the preset; the table shows `fixed`.
     pub struct Params {
-        /// Sets everything that is not given.
+        /// Preset of all values that are not given.
         preset: Preset = Preset::Fixed, "";
         /// Size of the pull C_a. Larger: all forces larger; only their ratio to the k counts.
         c_a: f64 = 4.0, "", 0.1..=100.0;
@@ -137,11 +137,11 @@ crate::params! {
         k_r_far: f64 = 2.0, "", 0.0..=100.0;
         /// The same for robots nearer than 1.5 ρ_r.
         k_r_near: f64 = 4.0, "", 0.0..=100.0;
-        /// Whether anybody has right of way at all.
+        /// Whether right of way is used.
         right_of_way: bool = true, "";
         /// Whether a robot that stopped on purpose keeps its right of way.
         stopped_keeps_way: bool = false, "";
-        /// Who changes sides when two would turn into each other.
+        /// Which robot changes sides when two would turn into each other.
         side: Side = Side::RightOfWay, "";
         /// A robot nearer than ρ_r within this angle ahead stops us. Larger: stops more often.
         front_half_angle_deg: f64 = 45.0, "°", 0.0..=180.0;

@@ -21,7 +21,7 @@ const LOOKS_PER_TICK: usize = 40_000;
 /// How many points ahead the nearest point of the path is looked for.
 const WINDOW: usize = 20;
 
-/// The line of the registry.
+/// Registry entry.
 pub static METHOD: Method = Method {
     name: "liquid",
     summary: "descends a potential in thought, fills each hollow with a virtual obstacle, then drives the path it found",
@@ -35,7 +35,7 @@ pub static METHOD: Method = Method {
 };
 
 crate::params! {
-    /// What a scenario can change.
+    /// Parameters that a scenario can set.
     pub struct Params {
         /// Length of a step. Larger: coarser paths, less thinking.
         step_m: f64 = 0.1, "m", 0.001..=1e6;

@@ -22,7 +22,7 @@ const ROUNDS_LEVEL_MAX: u32 = 10;
 /// How many robots that have arrived fit into the potential without a new allocation.
 const PARKED: usize = 64;
 
-/// The line of the registry.
+/// Registry entry.
 pub static METHOD: Method = Method {
     name: "liquid-online",
     summary: "descends a potential step by step and fills each hollow it gets into with a virtual obstacle",
@@ -36,7 +36,7 @@ pub static METHOD: Method = Method {
 };
 
 crate::params! {
-    /// What a scenario can change.
+    /// Parameters that a scenario can set.
     pub struct Params {
         /// Length of a step. Larger: coarser. Limits the speed to one step a tick; the default follows the speed limit: it is
         /// at least what the body drives in a tick.

@@ -78,7 +78,7 @@ use planning::{Planning, Query};
 use terrain::{Plane, Sheet, Terrain};
 use watch::Watch;
 
-/// The line of the registry.
+/// Registry entry.
 pub static METHOD: Method = Method {
     name: "pso-via-points",
     summary: "potential-field path, smoothed and shortened by a particle swarm, then followed",

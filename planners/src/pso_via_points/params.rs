@@ -6,7 +6,7 @@ use super::swarm::Settings;
 use nalgebra::Vector2;
 
 crate::params! {
-    /// What a scenario can change. Defaults are those of a body in the plane; an arm starts from [`Params::arm`].
+    /// Parameters that a scenario can set. Defaults are those of a body in the plane; an arm starts from [`Params::arm`].
     pub struct Params {
         /// Attraction gain K_a of the raw path. Larger: straighter.
         k_att: f64 = 1.0, "", 0.001..=100.0;
