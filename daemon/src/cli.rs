@@ -20,7 +20,7 @@ use std::ffi::OsString;
 /// The scenario that `shoal run` takes when it is given none.
 pub const DEFAULT_SCENARIO: &str = "demo-15";
 
-/// Runs a fleet of robots the way it will really run: one process per robot, over shared memory.
+/// Run a fleet of robots with one process per robot, communicating through shared memory.
 #[derive(Debug, Parser)]
 #[command(name = "shoal", version, about, arg_required_else_help = true, max_term_width = 100)]
 #[command(subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
@@ -30,12 +30,12 @@ Examples:
   shoal run demo-15 --mode lockstep    the same, reproducible and faster
   shoal run my.toml --report out.json  a scenario of your own, a report to keep
   shoal run ring-15 --record ring.rec  and then `shoal plot ring.rec` draws it
-  shoal planners                       the methods that can steer a robot
-  shoal reproduce                      what their papers report, and what we get
+  shoal planners                       the planners that a robot can use
+  shoal reproduce                      compare the planners with their papers
   shoal doctor                         can this machine run a fleet?
 
-Exit codes: 0 as expected, 1 not as expected, 2 wrong command line or scenario,
-3 the environment does not allow it, 4 time ran out, 130 interrupted")]
+Exit codes: 0 all expectations met, 1 an expectation failed, 2 invalid command line
+or scenario, 3 the environment does not allow the run, 4 time ran out, 130 interrupted")]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -45,34 +45,34 @@ pub struct Cli {
 /// What shoal can do.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
-    /// Run a scenario and report how it went
+    /// Run a scenario and print its report
     Run(Box<RunArgs>),
     /// Draw a recorded run as SVG
     Plot(PlotArgs),
-    /// Hold the methods against their papers
+    /// Compare the planners with the results in their papers
     Reproduce(ReproduceArgs),
-    /// Run a fleet in real time, and say whether this machine keeps up
+    /// Run a fleet in real time and report whether this machine keeps up
     Stress(StressArgs),
-    /// Measure the parts
+    /// Benchmark the runtime and the planners
     #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
     Bench(BenchVerb),
     /// Check scenarios without running them
     Validate(ValidateArgs),
     /// Print the JSON Schema of scenario files
     Schema(SchemaArgs),
-    /// List the methods that steer robots, or explain one
+    /// List the planners, or describe one
     Planners(PlannersArgs),
     /// Check whether this machine can run a fleet
     Doctor(DoctorArgs),
-    /// Remove what fleets that were killed left behind
+    /// Remove the files of fleets that were killed
     Clean(CleanArgs),
     /// Show the robots of a running fleet
     Ps(PsArgs),
-    /// Show how late and how old things are in a running fleet
+    /// Show latencies and pose ages of a running fleet
     Latency(LatencyArgs),
-    /// Let one more robot join a running fleet
+    /// Add a robot to a running fleet
     Add(AddArgs),
-    /// Give a robot of a running fleet something to do
+    /// Send tasks to robots of a running fleet
     #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
     Task(TaskVerb),
     /// The process of one robot; started by the daemon.
@@ -95,13 +95,13 @@ pub enum Verb {
     Other(Vec<OsString>),
 }
 
-/// How to print.
+/// Output format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// For people
+    /// Human-readable text
     #[default]
     Text,
-    /// For programs
+    /// JSON
     Json,
 }
 

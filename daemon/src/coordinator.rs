@@ -311,7 +311,7 @@ impl Coordinator {
     pub fn interrupt(&mut self) {
         self.interrupts += 1;
         if self.interrupts == 1 {
-            self.actions.push(Action::Say("stopping (once more to stop at once)".to_owned()));
+            self.actions.push(Action::Say("stopping (press Ctrl-C again to stop immediately)".to_owned()));
             self.actions.push(Action::Order(Order::Stop));
         } else {
             self.actions.push(Action::KillFleet);

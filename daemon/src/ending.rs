@@ -73,7 +73,8 @@ impl Supervisor {
         let mut failures = std::mem::take(&mut self.failures);
         let Some(end) = self.left.read() else { return Err(self.without_outcome(failures)) };
         if !end.finished && failures.is_empty() {
-            let problem = format!("gate: somebody else stopped it at tick {}; the run was not over", end.outcome.ticks);
+            let problem =
+                format!("gate: stopped from outside at tick {}, before the end of the run", end.outcome.ticks);
             let hint = "what holds the run together is memory that every process of it, and of this user, can write";
             failures.push(Failure::environment(problem).hint(hint));
         }
@@ -99,7 +100,7 @@ impl Supervisor {
     /// Ends every process that is left, and says which do not die.
     pub(crate) fn kill_all(&mut self, watch: &mut dyn Watch) {
         for pid in self.children.kill_all() {
-            watch.say(&format!("process {pid} was killed and does not end: it is traced, or hangs in the kernel"));
+            watch.say(&format!("process {pid} was killed but does not exit: it is traced, or blocked in the kernel"));
         }
     }
 
@@ -108,8 +109,8 @@ impl Supervisor {
     fn statistics(&self) -> Result<Vec<(String, bus::StatsSnapshot)>, Failure> {
         let begun = self.gate.start_ns().is_some();
         let missing = |why: &dyn std::fmt::Display| {
-            Failure::environment(format!("statistics: they are missing: {why}"))
-                .hint("the report is that of the whole run, but for latencies")
+            Failure::environment(format!("statistics: missing: {why}"))
+                .hint("the report covers the whole run, except latencies")
         };
         let departed = self.departed.iter().map(|(slot, counted)| {
             // By a name that no process of theirs has any more.
@@ -118,7 +119,7 @@ impl Supervisor {
         });
         match bus::stats::read_all(&self.address).map(|stats| stats.into_iter().chain(departed).collect::<Vec<_>>()) {
             Ok(stats) if !begun || stats.iter().any(|(name, _)| name == world_sim::shell::STATS_NAME) => Ok(stats),
-            Ok(_) => Err(missing(&"somebody removed them")),
+            Ok(_) => Err(missing(&"their files were removed")),
             Err(error) => Err(missing(&error)),
         }
     }
@@ -136,11 +137,11 @@ impl Supervisor {
             ));
         }
         if let Some(words) = self.children.last_words("world") {
-            failure = failure.hint(format!("its last words: {words}"));
+            failure = failure.hint(format!("its last output: {words}"));
         }
         failure = failure.hints(self.world_ending.and_then(full_memory));
         failure.lines.splice(0..0, failures.into_iter().flat_map(|failure| failure.lines));
-        failure.hint("the run has no outcome; everything of it has been removed")
+        failure.hint("the run has no report; all its files have been removed")
     }
 }
 

@@ -158,7 +158,7 @@ impl OutFile {
         let folder = folder_of(&self.target);
         if !folder.is_dir() {
             let folder = folder.display();
-            return self.refused(format!("there is no directory `{folder}`")).hint(format!("mkdir -p {folder}"));
+            return self.refused(format!("directory `{folder}` does not exist")).hint(format!("mkdir -p {folder}"));
         }
         let hint = match error.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "make room, or give {} a file on another disk",

@@ -28,7 +28,7 @@ impl Guardian {
         command.arg0("shoal").arg("guardian").arg("--root").arg(address.root());
         command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
         let child = command.spawn().map_err(|error| {
-            Failure::environment(format!("guardian: cannot start it: {error}"))
+            Failure::environment(format!("guardian: cannot start: {error}"))
                 .hint("is the limit on processes reached? see `shoal doctor`")
         })?;
         Ok(Guardian { child })

@@ -89,7 +89,7 @@ impl Children {
         let mut command = shoal("world");
         command.arg("--root").arg(&self.root);
         let pid = self.spawn(command, "world", Who::World).map_err(|error| {
-            Failure::environment(format!("world-sim: cannot start it: {error}"))
+            Failure::environment(format!("world-sim: cannot start: {error}"))
                 .hint("is the limit on processes reached? see `shoal doctor`")
         })?;
         Ok(pid)

@@ -46,7 +46,7 @@ impl RecordPlace {
     /// Why there is no record after all.
     pub fn failed(&self, cause: &dyn std::fmt::Display) -> Failure {
         Failure::environment(format!("record `{}`: cannot write: {cause}", self.0.display()))
-            .hint("the report is that of the whole run; only its record is missing")
+            .hint("the report covers the whole run; only the record is missing")
     }
 }
 

@@ -52,7 +52,7 @@ pub fn read(name: &OsStr) -> Result<(String, String), Failure> {
     };
     let bytes = bytes.map_err(|error| {
         let (cause, hint) = match error.kind() {
-            ErrorKind::NotFound => ("there is no such file".to_owned(), "`shoal validate` lists the catalog"),
+            ErrorKind::NotFound => ("file not found".to_owned(), "`shoal validate` lists the catalog"),
             ErrorKind::IsADirectory => ("it is a directory".to_owned(), "name a file in it"),
             ErrorKind::FileTooLarge => (format!("it is larger than {} MiB", BYTES_MAX >> 20), "is it a scenario?"),
             ErrorKind::PermissionDenied => ("it may not be read".to_owned(), "check its permissions"),
@@ -111,8 +111,8 @@ mod tests {
             assert!(text.contains(cause), "{cause}: {text}");
             assert!(text.starts_with("error: ") && text.contains("\nhint: "), "{text}");
         };
-        check(OsStr::new("no/such.toml"), "scenario `no/such.toml`: there is no such file");
-        check(OsStr::new("such.toml"), "scenario `such.toml`: there is no such file");
+        check(OsStr::new("no/such.toml"), "scenario `no/such.toml`: file not found");
+        check(OsStr::new("such.toml"), "scenario `such.toml`: file not found");
         check(folder.path().as_os_str(), "it is a directory");
         check(OsStr::new("/dev/zero"), "it is larger than 1 MiB");
         check(&file("bytes.toml", b"name = \"\xff\""), "byte 8 is not UTF-8");

@@ -257,7 +257,7 @@ impl Supervisor {
         self.footing_seen = now;
         if let Some(path) = self.footing.missing() {
             let problem =
-                format!("fleet `{}`: somebody removed its files: `{}` is gone", self.address.id(), path.display());
+                format!("fleet `{}`: its files were removed: `{}` does not exist", self.address.id(), path.display());
             self.fail(
                 Failure::environment(problem).hint(
                     "was it `rm` in /dev/shm, or logind at a logout (`RemoveIPC=no` in logind.conf prevents that)?",
@@ -434,7 +434,7 @@ fn write<T: serde::Serialize>(address: &Address, name: &str, value: &T) -> Resul
 }
 
 fn no_room(address: &Address, error: &std::io::Error) -> Failure {
-    Failure::environment(format!("outcome of fleet `{}`: no room for it: {error}", address.id()))
+    Failure::environment(format!("outcome of fleet `{}`: cannot reserve space: {error}", address.id()))
         .hint("is /dev/shm full (`df -h /dev/shm`, `shoal clean`), or a limit on file sizes set (`ulimit -f`)?")
 }
 

@@ -116,7 +116,7 @@ fn a_gate_that_somebody_else_stops() {
     for mode in ["realtime", "lockstep"] {
         let (mut fleet, root) = endless(mode);
         fleet.gate().stop();
-        assert_failed_with_a_report(&fleet.wait(), "gate: somebody else stopped it");
+        assert_failed_with_a_report(&fleet.wait(), "gate: stopped from outside");
         assert_clean(&root);
     }
 }
@@ -127,8 +127,8 @@ fn files_that_somebody_removes() {
         let (fleet, root) = endless(mode);
         std::fs::remove_dir_all(&root).unwrap();
         let ended = fleet.wait();
-        assert_failed_with_a_report(&ended, "somebody removed its files");
-        assert_failed_with_a_report(&ended, "statistics: they are missing");
+        assert_failed_with_a_report(&ended, "its files were removed");
+        assert_failed_with_a_report(&ended, "statistics: missing");
         assert_clean(&root);
     }
 }
@@ -143,7 +143,7 @@ fn objects_that_somebody_removes() {
             let _ = std::fs::remove_file(object);
         }
         let ended = fleet.wait();
-        assert_failed_with_a_report(&ended, "somebody removed its files");
+        assert_failed_with_a_report(&ended, "its files were removed");
         assert_eq!(ended.report["failures"].as_array().unwrap().len(), 1, "{ended}");
         assert_clean(&root);
     }

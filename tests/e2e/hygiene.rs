@@ -66,7 +66,7 @@ fn after_ctrl_c_twice() {
     // Without its world the run cannot come to an end in good order.
     stop(fleet.process("world"));
     signal(fleet.daemon(), Signal::INT);
-    fleet.wait_said("once more to stop at once");
+    fleet.wait_said("press Ctrl-C again to stop immediately");
     assert!(!fleet.has_ended());
     signal(fleet.daemon(), Signal::INT);
     let ended = fleet.wait().expect(130);

@@ -282,7 +282,7 @@ fn latency_of_a_fleet_that_runs() {
     let text = ask(&["a", "--pairs"]).expect(0).stdout;
     assert!(["a, us", "wake-up", "late periods", "heard"].iter().all(|word| text.contains(word)), "{text}");
     assert!(!text.contains("late, us"), "{text}");
-    ask(&["nobody"]).expect_failure(2, &["there is no robot `nobody`", "a, b, late"]);
+    ask(&["nobody"]).expect_failure(2, &["unknown robot `nobody`", "a, b, late"]);
     ask(&["--svg", "/nowhere/x.svg"]).expect_failure(3, &["/nowhere", "picture"]);
     let svg = tempfile::tempdir().unwrap();
     let path = svg.path().join("wake.svg");

@@ -33,11 +33,11 @@ fn operators_see_a_fleet_add_to_it_and_send_it_on() {
     // What cannot be.
     let add = |id: &str, start: &str, goal: &str| ask(&["add", "--id", id, "--start", start, "--goal", goal]);
     add("a", "0,-2", "1,-2").expect_failure(2, &["the id `a` is taken"]);
-    add("c", "1,0", "1,-2").expect_failure(2, &["start: robot `a` is there", "choose another start"]);
+    add("c", "1,0", "1,-2").expect_failure(2, &["start: robot `a` is in the way", "choose another start"]);
     add("c", "99,0", "1,-2").expect_failure(2, &["world"]);
     ask(&["add", "--start", "0,-2", "--goal", "1,-2", "--planner", "strait"])
         .expect_failure(2, &["strait", "straight"]);
-    ask(&["task", "send", "nobody", "0,0"]).expect_failure(2, &["there is no robot `nobody`", "a, b"]);
+    ask(&["task", "send", "nobody", "0,0"]).expect_failure(2, &["unknown robot `nobody`", "a, b"]);
     ask(&["task", "send", "a", "0,99"]).expect_failure(2, &["goal"]);
     shoal(&["ps", "--fleet", "nowhere"]).expect_failure(2, &["`nowhere`", &id]);
 

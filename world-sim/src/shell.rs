@@ -51,7 +51,7 @@ pub enum ShellError {
     #[error("run file `{0}`: {1}")]
     File(PathBuf, #[source] std::io::Error),
     /// What the run came to cannot be left behind.
-    #[error("outcome: cannot write it: {0}")]
+    #[error("outcome: cannot write: {0}")]
     Outcome(#[source] std::io::Error),
     /// A file of the run is damaged.
     #[error("run file: {0}")]

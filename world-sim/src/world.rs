@@ -322,7 +322,7 @@ impl World {
         source: Source,
     ) -> Result<(), &'static str> {
         let Some(referee) = self.referees.get_mut(slot).and_then(Option::as_mut) else {
-            return Err("there is no such robot");
+            return Err("unknown robot");
         };
         if self.presences[slot].gone().is_some() {
             return Err(ROBOT_GONE);

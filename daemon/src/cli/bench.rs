@@ -8,13 +8,13 @@ use std::ffi::OsString;
 /// `shoal bench`.
 #[derive(Debug, Subcommand)]
 pub enum BenchVerb {
-    /// A tick of `lockstep` beside a bare futex barrier
+    /// Compare a tick of `lockstep` with a bare futex barrier
     Loop(BenchLoopArgs),
-    /// `realtime` at a high rate beside bare timers
+    /// Compare `realtime` at a high rate with bare timers
     Realtime(BenchRealtimeArgs),
-    /// From the first spawn to the first tick, and one more robot
+    /// Measure the time from the first spawn to the first tick, and of a late join
     Startup(BenchStartupArgs),
-    /// How long each method takes to plan a tick
+    /// Measure the planning time of each planner
     Planners(BenchPlannersArgs),
     /// A word that is no verb, or a verb that is not built yet.
     #[command(external_subcommand)]
@@ -29,20 +29,20 @@ Examples:
   shoal bench loop --robots 15 --planner straight --ticks 1000000
   shoal bench loop --format json > loop.json
 
-The fleet and as many bare processes at a futex barrier take turns, so that what
-disturbs one disturbs the other. `straight` drives in an empty world,
-`decentralized-apf` past ten obstacles; a robot hears 16 others at most.")]
+The fleet and a futex barrier of the same number of bare processes are measured
+alternately, so that a disturbance affects both. `straight` drives in an empty
+world, `decentralized-apf` past ten obstacles; a robot hears at most 16 others.")]
 pub struct BenchLoopArgs {
     /// Sizes of the fleets
     #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "15,64,200", value_parser = parse_robots)]
     pub robots: Vec<usize>,
-    /// Only this method: straight or decentralized-apf
+    /// Only this planner: straight or decentralized-apf
     #[arg(long, value_name = "NAME", value_parser = ["straight", "decentralized-apf"])]
     pub planner: Option<String>,
     /// Ticks of each fleet
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(100..))]
     pub ticks: u64,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -58,16 +58,16 @@ pub struct BenchRealtimeArgs {
     /// Sizes of the fleets
     #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "15,64,200", value_parser = parse_robots)]
     pub robots: Vec<usize>,
-    /// Periods per second; without it, what fits the size of the fleet
+    /// Periods per second; by default chosen by the size of the fleet
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub hz: Option<u32>,
-    /// How often each is measured, fleet and timers by turns
+    /// Number of measurements; fleet and timers alternate
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repetitions: u32,
-    /// How long each is measured
+    /// Length of each measurement
     #[arg(long, value_name = "TIME", default_value = "3", value_parser = parse_duration, allow_hyphen_values = true)]
     pub seconds: f64,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -82,10 +82,10 @@ pub struct BenchStartupArgs {
     /// Sizes of the fleets
     #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "15,64,200", value_parser = parse_robots)]
     pub robots: Vec<usize>,
-    /// How often each is started, fleet and bare processes by turns
+    /// Number of starts; fleet and bare processes alternate
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repetitions: u32,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -94,20 +94,20 @@ pub struct BenchStartupArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  shoal bench planners                 every method
+  shoal bench planners                 every planner
   shoal bench planners apf rpoa        some of them
   shoal bench planners --format json > planners.json
 
-Every figure is of one plan: the median, and what 99 of 100 take at most. All
-cells take turns, so that a disturbance does not hit one of them alone.")]
+Each figure is the time of one plan: the median and the 99th percentile. All
+cells are measured alternately, so that a disturbance affects all of them.")]
 pub struct BenchPlannersArgs {
-    /// Only these methods
+    /// Only these planners
     #[arg(value_name = "NAME")]
     pub names: Vec<String>,
-    /// Plans per method and cell; a slow method makes fewer
+    /// Plans per planner and cell; fewer for a slow planner
     #[arg(long, value_name = "N", default_value_t = 3000, value_parser = clap::value_parser!(u32).range(1..))]
     pub plans: u32,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -120,20 +120,20 @@ Examples:
   shoal stress --robots 64 --duration 20s
   shoal stress --hz 200 --format json > stress.json
 
-Every robot is a process that drives all the time and hears those around it.
-The verdict is `valid`, `starved` or `impaired`; it does not change the exit
-code, what a fleet leaves behind does (1).")]
+Every robot is a process that moves all the time and hears the robots around it.
+The verdict is `valid`, `starved` or `impaired` and does not change the exit
+code. The exit code is 1 if the fleet leaves files or processes behind.")]
 pub struct StressArgs {
-    /// So many robots
+    /// Number of robots
     #[arg(long, value_name = "N", default_value_t = 15, allow_negative_numbers = true)]
     pub robots: usize,
-    /// For so long: 60s, 1.5m, 500ms, or seconds
+    /// How long to run: 60s, 1.5m, 500ms, or seconds
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = parse_duration, allow_hyphen_values = true)]
     pub duration: f64,
     /// Periods per second of every process
     #[arg(long, value_name = "HZ", default_value_t = 50.0, value_parser = parse_number, allow_hyphen_values = true)]
     pub hz: f64,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }

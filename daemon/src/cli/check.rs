@@ -8,14 +8,14 @@ use std::ffi::OsString;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  shoal validate my.toml           every problem at once, with line numbers
+  shoal validate my.toml           all problems, with line numbers
   shoal validate scenarios/*.toml
   shoal validate                   the catalog that ships with shoal")]
 pub struct ValidateArgs {
-    /// Scenario files or names from the catalog; none is the whole catalog
+    /// Scenario files or names from the catalog; by default the whole catalog
     #[arg(value_name = "FILE")]
     pub scenarios: Vec<OsString>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -26,7 +26,7 @@ pub struct ValidateArgs {
 Example:
   shoal schema > shoal.schema.json          and point your editor at it")]
 pub struct SchemaArgs {
-    /// How to print; a schema is JSON either way
+    /// Output format; the schema is JSON in both
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -35,13 +35,13 @@ pub struct SchemaArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  shoal planners       one line per method
+  shoal planners       one line per planner
   shoal planners apf   its parameters: units, defaults, ranges, meaning")]
 pub struct PlannersArgs {
-    /// Explain this one
+    /// Describe this planner
     #[arg(value_name = "NAME")]
     pub name: Option<String>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -49,7 +49,7 @@ pub struct PlannersArgs {
 /// `shoal doctor`.
 #[derive(Debug, Args)]
 pub struct DoctorArgs {
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -57,7 +57,7 @@ pub struct DoctorArgs {
 /// `shoal clean`.
 #[derive(Debug, Args)]
 pub struct CleanArgs {
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// Which of the running fleets is meant.
 #[derive(Clone, Debug, Args)]
 pub struct FleetArg {
-    /// The fleet, if several are running; `shoal ps` names them
+    /// Id of the fleet, if several are running; `shoal ps` lists them
     #[arg(long, value_name = "ID")]
     pub fleet: Option<String>,
 }
@@ -24,7 +24,7 @@ pub struct PsArgs {
     /// Which fleet; without it, all that are running.
     #[command(flatten)]
     pub fleet: FleetArg,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -34,33 +34,33 @@ pub struct PsArgs {
 #[command(after_help = "\
 Examples:
   shoal latency                        the fleet, then every robot: pose age
-  shoal latency --metric wake          every robot: how late it wakes up
+  shoal latency --metric wake          every robot: wake-up lateness
   shoal latency r03                    everything about one robot
-  shoal latency r03 --pairs            whose poses it used, how old
+  shoal latency r03 --pairs            the neighbours whose poses it used, and pose ages
   shoal latency --metric reaction --histogram
   shoal latency --svg ages.svg
 
-It reads what the processes count into shared memory, and costs them nothing.")]
+The statistics are read from shared memory; the processes are not disturbed.")]
 pub struct LatencyArgs {
     /// Which fleet.
     #[command(flatten)]
     pub fleet: FleetArg,
-    /// These robots; without any, all
+    /// Only these robots
     #[arg(value_name = "ROBOT")]
     pub robots: Vec<String>,
-    /// What the table of robots and the histogram show
+    /// Metric of the table of robots and of the histogram
     #[arg(long, value_enum, value_name = "METRIC", default_value_t)]
     pub metric: MetricArg,
-    /// List whose poses every robot used, and how old they were
+    /// List the neighbours of each robot and the ages of their poses
     #[arg(long)]
     pub pairs: bool,
-    /// Draw a histogram
+    /// Print a histogram
     #[arg(long)]
     pub histogram: bool,
-    /// Draw the histogram into this file; `-` is standard output, instead of the figures
+    /// Draw the histogram to this file; `-` is standard output, instead of the figures
     #[arg(long, value_name = "FILE.svg")]
     pub svg: Option<PathBuf>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -71,15 +71,15 @@ pub enum MetricArg {
     /// Age of a neighbour's pose when the planner uses it
     #[default]
     PoseAge,
-    /// How late a process wakes up
+    /// Wake-up lateness of a process
     Wake,
     /// Time in the planner
     Plan,
-    /// Time from waking up to the command
+    /// Time from wake-up to the command
     Step,
-    /// Age of a command when it acts in the world
+    /// Age of a command when it takes effect in the world
     CommandAge,
-    /// From the odometry to the moment that the command computed from it acts
+    /// Time from an odometry sample to the moment its command takes effect
     Reaction,
 }
 
@@ -93,25 +93,25 @@ pub struct AddArgs {
     /// Which fleet.
     #[command(flatten)]
     pub fleet: FleetArg,
-    /// Its name; without it, one is found
+    /// Name of the robot; generated if omitted
     #[arg(long, value_name = "ID")]
     pub id: Option<String>,
-    /// Where it starts, m
+    /// Start position, m
     #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
     pub start: [f64; 2],
-    /// Where it is to go, m, and for a unicycle the heading that it is to have there, rad
+    /// Goal position, m, and for a unicycle the heading that it is to have there, rad
     #[arg(long, value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
     pub goal: Pose,
-    /// Its heading at the start, rad; without it, towards its goal
+    /// Heading at the start, rad; by default towards the goal
     #[arg(long, value_name = "RAD", value_parser = parse_number, allow_hyphen_values = true)]
     pub yaw: Option<f64>,
-    /// Its method; without it, the scenario's default
+    /// Planner; by default the one of the scenario's defaults
     #[arg(long, value_name = "NAME")]
     pub planner: Option<String>,
-    /// How it moves: point or unicycle; without it, the scenario's default
+    /// Body kind, point or unicycle; by default the one of the scenario's defaults
     #[arg(long, value_name = "KIND")]
     pub kind: Option<String>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -119,7 +119,7 @@ pub struct AddArgs {
 /// `shoal task`.
 #[derive(Debug, Subcommand)]
 pub enum TaskVerb {
-    /// Send a robot to a place
+    /// Send a robot to a goal
     Send(TaskSendArgs),
     /// A word that is no verb, or a verb that is not built yet.
     #[command(external_subcommand)]
@@ -130,23 +130,23 @@ pub enum TaskVerb {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  shoal task send r03 4,-2                  after the goals it has
+  shoal task send r03 4,-2                  after its present goals
   shoal task send r03 4,-2,1.57             a unicycle is to face +y there
-  shoal task send r03 4,-2 --now            at once, and forget the others")]
+  shoal task send r03 4,-2 --now            immediately; its other goals are dropped")]
 pub struct TaskSendArgs {
     /// Which fleet.
     #[command(flatten)]
     pub fleet: FleetArg,
-    /// The robot
+    /// Id of the robot
     #[arg(value_name = "ID")]
     pub id: String,
-    /// Where to, m, and for a unicycle the heading that it is to have there, rad
+    /// Goal position, m, and for a unicycle the heading that it is to have there, rad
     #[arg(value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
     pub goal: Pose,
-    /// Head there at once; otherwise the goal queues behind those it has
+    /// Replace the present goals; otherwise the goal is queued behind them
     #[arg(long)]
     pub now: bool,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }

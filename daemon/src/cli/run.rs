@@ -11,7 +11,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   shoal run                            the demo: 15 robots, each a process
-  shoal run demo-15 --mode single      in one thread, as fast as it goes
+  shoal run demo-15 --mode single      in one thread, as fast as possible
   shoal run ring-15 --robots 8 --seed 7 --duration 30s
   shoal run my.toml --set clock.tick_hz=100 --set radio.drop=0.1
   shoal run my.toml --format json > report.json
@@ -21,27 +21,27 @@ here; `-` is standard input; else it is a name from the catalog (`shoal
 validate` lists them).
 
 The report goes to standard output, progress to standard error. The first Ctrl-C
-ends the run and reports what there is, the second ends it at once.")]
+ends the run and prints its report, the second ends it immediately.")]
 pub struct RunArgs {
     /// A scenario file, or a name from the catalog
     #[arg(value_name = "SCENARIO", default_value = DEFAULT_SCENARIO)]
     pub scenario: OsString,
-    /// How time passes; without it, as the scenario says
+    /// Clock mode; by default the one of the scenario
     #[arg(long, value_name = "MODE")]
     pub mode: Option<ModeArg>,
-    /// The method for every robot; `shoal planners` lists them
+    /// Planner of every robot; `shoal planners` lists them
     #[arg(long, value_name = "NAME")]
     pub planner: Option<String>,
-    /// So many robots, for scenarios with a layout
+    /// Number of robots, for scenarios with a layout
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub robots: Option<usize>,
-    /// Seed of everything random
+    /// Random seed
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// End after this much simulated time: 60s, 1.5m, 500ms, or seconds
     #[arg(long, value_name = "TIME", value_parser = parse_duration, allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// The safety filter between method and robot
+    /// Safety filter between planner and robot
     #[arg(long, value_name = "FILTER", default_value = "none")]
     pub filter: FilterArg,
     /// Set any key of the scenario, as in clock.tick_hz=100; may be repeated
@@ -50,10 +50,10 @@ pub struct RunArgs {
     /// Write the report to this file as JSON; `-` is standard output, instead of the text
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
-    /// Record every tick in this file, for `shoal plot`
+    /// Write a record of every tick to this file, for `shoal plot`
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
-    /// How to print the report on standard output
+    /// Format of the report on standard output
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }
@@ -65,7 +65,7 @@ pub enum ModeArg {
     Single,
     /// One process per robot, tick by tick: reproducible
     Lockstep,
-    /// One process per robot, each on its own timer: as it would drive
+    /// One process per robot, each on its own timer: as on real robots
     Realtime,
 }
 
@@ -98,12 +98,12 @@ Examples:
   shoal plot ring.rec --out - | less   on standard output
   shoal plot out.json                  the record that a report names
 
-It prints the name of the picture.")]
+The name of the picture is printed.")]
 pub struct PlotArgs {
-    /// What `shoal run --record` wrote, or the report of such a run
+    /// A file written by `shoal run --record`, or the report of such a run
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// Where to draw; without it, beside the record. `-` is standard output
+    /// Output file; by default beside the record. `-` is standard output
     #[arg(long, value_name = "FILE.svg")]
     pub out: Option<PathBuf>,
 }
@@ -113,25 +113,25 @@ pub struct PlotArgs {
 #[command(after_help = "\
 Examples:
   shoal reproduce                      every paper
-  shoal reproduce rpoa                 one of them
-  shoal reproduce amr-apf --runs 11    its fleets from eleven starts
+  shoal reproduce rpoa                 one paper
+  shoal reproduce amr-apf --runs 11    its fleets from 11 starts
   shoal reproduce --out figures        the figures too, as CSV and SVG
 
-A row holds when ours is within the tolerance of the oracle, the reference
-implementation of the paper's specification, or of the paper. Exit code 0: all
-rows hold. 1: some do not; what is known of the reason is in their notes.
-130: interrupted, after the rows that there are.")]
+A row holds when shoal's value is within the tolerance of the oracle (the
+reference implementation of the paper's specification) or of the paper. Exit
+code 0: all rows hold. 1: some do not; their notes say why, where it is known.
+130: interrupted; the rows measured until then are printed.")]
 pub struct ReproduceArgs {
     /// Only this paper
     #[arg(value_name = "PAPER")]
     pub paper: Option<String>,
-    /// Starts of each fleet that runs as real processes; 0 runs none of them
+    /// Number of starts of each fleet of real processes; 0 skips these fleets
     #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true)]
     pub runs: u32,
-    /// Write the figures into this directory, as CSV and SVG
+    /// Write the figures to this directory, as CSV and SVG
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
 }

@@ -13,7 +13,7 @@ pub fn parse_duration(text: &str) -> Result<f64, String> {
     };
     match digits.trim_end().parse::<f64>() {
         Ok(number) if number.is_finite() && number > 0.0 => Ok(number * unit_s),
-        Ok(_) => Err("a duration is more than zero".to_string()),
+        Ok(_) => Err("a duration must be above zero".to_string()),
         Err(_) => Err("not a time; write 60s, 1.5m, 500ms, or seconds".to_string()),
     }
 }

@@ -39,7 +39,7 @@ impl Coordinator {
     /// Status needs measurements and is the shell's to answer.
     pub fn request(&mut self, request: &Request, near: &dyn Fn([f64; 2], f64) -> Option<u32>) -> Answer {
         let granted = match request {
-            Request::Status => Err(refused("status is not the coordinator's to give", None)),
+            Request::Status => Err(refused("status is answered by the supervisor, not by the coordinator", None)),
             _ if self.stopping => Err(refused("the run is over", None)),
             _ if self.waiting.len() >= WAITING_MAX => Err(refused(
                 &format!("{WAITING_MAX} requests wait for the world already"),
@@ -148,7 +148,7 @@ impl Coordinator {
         if let Some(slot) = near([robot.start.x, robot.start.y], robot.radius_m) {
             let name = self.name(slot).to_owned();
             return Err(refused(
-                &format!("start: robot `{name}` is there"),
+                &format!("start: robot `{name}` is in the way"),
                 Some("choose another start, or try again later"),
             ));
         }
@@ -165,7 +165,7 @@ impl Coordinator {
         let Some(slot) = robots.iter().position(|robot| robot.id == name) else {
             let known: Vec<&str> = robots.iter().map(|robot| robot.id.as_str()).collect();
             return Err(refused(
-                &format!("there is no robot `{name}`"),
+                &format!("unknown robot `{name}`"),
                 Some(&format!("known robots: {}", known.join(", "))),
             ));
         };

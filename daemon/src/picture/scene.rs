@@ -235,9 +235,9 @@ fn fate(record: &Record, slot: u32) -> String {
             (Some(time_s), _) => format!("{time_s:.1} s"),
             (None, Some(gone)) => gone.clone(),
             (None, None) if robot.deadlocked => "stuck".to_owned(),
-            (None, None) => "under way".to_owned(),
+            (None, None) => "not arrived".to_owned(),
         },
-        None => "never there".to_owned(),
+        None => "did not join".to_owned(),
     }
 }
 

@@ -317,7 +317,7 @@ fn scheduling_words(of: &ProcessScheduling) -> String {
         let priority = of.priority.map_or_else(String::new, |priority| format!(" {priority}"));
         parts.push(format!("as {class}{priority}"));
     }
-    if parts.is_empty() { "as shoal was started".to_owned() } else { parts.join(", ") }
+    if parts.is_empty() { "inherited from shoal".to_owned() } else { parts.join(", ") }
 }
 
 /// Arrivals and contacts are in the outcome, and at the start everybody joins.

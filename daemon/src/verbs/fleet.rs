@@ -46,7 +46,7 @@ fn pick(wanted: Option<&str>, ids: &[&str]) -> Result<usize, Failure> {
             Err(Failure::usage(format!("{} fleets are running", ids.len())).hint(format!("add `--fleet ID`: {list}")))
         }
         (Some(id), _) => ids.iter().position(|&known| known == id).ok_or_else(|| {
-            Failure::usage(format!("fleet `{}`: it is not running", id.escape_debug()))
+            Failure::usage(format!("fleet `{}`: not running", id.escape_debug()))
                 .hint(format!("running fleets: {list}"))
         }),
     }
@@ -59,7 +59,8 @@ fn pick(wanted: Option<&str>, ids: &[&str]) -> Result<usize, Failure> {
 pub fn ask(address: &Address, request: &Request) -> Result<Reply, Failure> {
     let reply = OperatorClient::new(address).ask(request, PATIENCE).map_err(|error| match request {
         Request::Status => Failure::from(error),
-        _ => Failure::from(error).hint("whether it was done is not known: `shoal ps` shows robots and their goals"),
+        _ => Failure::from(error)
+            .hint("the command may or may not have taken effect: `shoal ps` shows the robots and their goals"),
     })?;
     match reply {
         Reply::Refused { problem, hint } => Err(Failure::from_text(exit::USAGE, &problem).hints(hint)),
@@ -85,7 +86,7 @@ pub fn left<T: serde::de::DeserializeOwned>(address: &Address, name: &str) -> Re
 
 /// The daemon answered something else.
 pub fn confused(reply: &Reply) -> Failure {
-    Failure::environment(format!("daemon: its answer does not fit the question: {reply:?}"))
+    Failure::environment(format!("daemon: unexpected reply: {reply:?}"))
         .hint("all processes of a fleet must come from the same build")
 }
 

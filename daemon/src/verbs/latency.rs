@@ -92,7 +92,8 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
 }
 
 fn ended(address: &Address) -> Failure {
-    Failure::environment(format!("fleet `{}`: it has ended", address.id())).hint("its report has the latency as well")
+    Failure::environment(format!("fleet `{}`: the run has ended", address.id()))
+        .hint("its report has the latency as well")
 }
 
 fn look(address: &Address) -> Result<Look, Failure> {
@@ -126,12 +127,8 @@ impl Look {
         let known = |id: &String| self.names.values().any(|name| name == id);
         if let Some(unknown) = ids.iter().find(|id| !known(id)) {
             let list: Vec<&str> = self.names.values().map(String::as_str).collect();
-            return Err(Failure::usage(format!(
-                "fleet `{}`: there is no robot `{}`",
-                self.fleet,
-                unknown.escape_debug()
-            ))
-            .hint(format!("its robots: {}", list.join(", "))));
+            return Err(Failure::usage(format!("fleet `{}`: unknown robot `{}`", self.fleet, unknown.escape_debug()))
+                .hint(format!("its robots: {}", list.join(", "))));
         }
         let names = &self.names;
         self.robots.retain(|slot, _| names.get(slot).is_some_and(|name| ids.contains(name)));

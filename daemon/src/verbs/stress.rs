@@ -54,11 +54,14 @@ struct Rate {
 /// With exit code 2 when such a fleet cannot be, with 3 when the environment does not allow it.
 pub fn run(options: &StressArgs) -> Result<i32, Failure> {
     if !(1..=MAX_ROBOTS).contains(&options.robots) {
-        return Err(Failure::usage(format!("`--robots {}`: a fleet has 1 to {MAX_ROBOTS} robots", options.robots))
-            .hint("`shoal stress --robots 64`"));
+        return Err(Failure::usage(format!(
+            "`--robots {}`: the number of robots must be 1 to {MAX_ROBOTS}",
+            options.robots
+        ))
+        .hint("`shoal stress --robots 64`"));
     }
     if !(1.0..=10_000.0).contains(&options.hz) {
-        return Err(Failure::usage(format!("`--hz {}`: a loop has 1 to 10000 periods a second", options.hz))
+        return Err(Failure::usage(format!("`--hz {}`: the rate must be 1 to 10000 Hz", options.hz))
             .hint("`shoal stress --hz 200`"));
     }
     if !(1.0 / options.hz..=DURATION_S_MAX).contains(&options.duration) {

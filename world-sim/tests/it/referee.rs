@@ -86,7 +86,7 @@ fn operators_task_as_the_timeline_does_but_not_without_bounds() {
     });
     let refused: Vec<(u32, &str)> = answers.clone().filter_map(|(task, refused)| Some((task, refused?))).collect();
     let last = 3 + MAX_GOALS as u32;
-    let expected = [(2, "the goal is nowhere"), (3, "there is no such robot"), (last, "too many goals are waiting")];
+    let expected = [(2, "the goal is nowhere"), (3, "unknown robot"), (last, "too many goals are waiting")];
     assert_eq!((refused, answers.count()), (expected.to_vec(), 3 + MAX_GOALS));
     assert_eq!(driver.logged("ignored", 7), [6]);
     let outcome = driver.run();

@@ -38,7 +38,7 @@ impl Drop for Processes {
 }
 
 fn failed(error: io::Error) -> Failure {
-    Failure::environment(format!("bare processes: cannot start them: {error}"))
+    Failure::environment(format!("bare processes: cannot start: {error}"))
         .hint("is the limit on processes reached? see `shoal doctor`")
 }
 

@@ -96,5 +96,5 @@ fn unknown_robots_are_refused_with_those_that_there_are() {
     };
     assert_eq!(failure.code, crate::exit::USAGE);
     let text = failure.to_string();
-    assert!(text.contains("fleet `abcd234`: there is no robot `r01`") && text.contains("r00, scout"), "{text}");
+    assert!(text.contains("fleet `abcd234`: unknown robot `r01`") && text.contains("r00, scout"), "{text}");
 }
