@@ -3,21 +3,11 @@
 //! Its published pose is off by `SHOAL_LIE_M` metres along y (default 0). Ground truth is untouched, so whatever the
 //! other robots do about it they learned from this robot's own board.
 
-use robot_agent::agent::planner_of;
-use robot_agent::shell::{self, Args};
-use std::io::Write;
+use robot_agent::planner_of;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     #[expect(clippy::disallowed_methods, reason = "tests tell it how much to lie")]
     let lie_m: f64 = std::env::var("SHOAL_LIE_M").ok().and_then(|text| text.parse().ok()).unwrap_or(0.0);
-    #[expect(clippy::disallowed_methods, reason = "an agent is told who it is on its command line")]
-    let args = Args::parse(std::env::args().skip(1));
-    match args.and_then(|args| shell::run(&args, &mut planner_of, &mut |outputs| outputs.pose.y_m += lie_m)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            let _ = writeln!(std::io::stderr(), "error: {error}");
-            ExitCode::from(3)
-        }
-    }
+    robot_agent::run_adjusted(planner_of, |outputs| outputs.pose.y_m += lie_m)
 }

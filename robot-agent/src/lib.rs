@@ -3,9 +3,16 @@
 //! [`agent`] is the pure core: odometry, poses heard and pieces seen go in, a pose and a drive come out.
 //! [`radio`] is what stands between a neighbour's board and the planner: which pose counts, and the faults of a
 //! scenario. [`shell`] connects the core to shared memory and to time, and takes no decision about robots.
+//!
+//! A planner outside shoal needs this crate alone: [`run`] is its `main`, and [`planners`] and [`nalgebra`] are
+//! re-exported. `examples/own-planner` shows it.
 
 pub mod agent;
+pub mod executable;
 pub mod radio;
 pub mod shell;
 
-pub use agent::{Agent, AgentInputs, AgentOutputs, Time};
+pub use agent::{Agent, AgentError, AgentInputs, AgentOutputs, Time, planner_of};
+pub use executable::{run, run_adjusted};
+pub use protocol::daemon_to_robot::AgentSpec;
+pub use {nalgebra, planners};

@@ -1,7 +1,7 @@
 //! The process around an agent: shared memory, time, and the end of it. No decision about robots is taken here.
 //!
-//! One executable can hold another method than shoal's: [`run`] takes what builds the planner, so that a user's own
-//! `main` is three lines (see `examples/own_planner.rs`).
+//! [`run`] takes the function that builds the planner, so that another executable can bring its own planner
+//! (see [`crate::executable`]).
 
 use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Time, planner_of};
 use bus::blame::{Period, Watch};
