@@ -1,6 +1,6 @@
 //! What the parts of a tick cost, one public function at a time: `cargo bench -p shoal-micro`, and
 //! `cargo bench -p shoal-micro -- boards` for those whose name has that in it. How whole fleets do is what `shoal bench`
-//! measures; docs/performance.md has figures of both.
+//! measures; docs/performance-notebook.md has figures of both.
 //!
 //! The benches run in a process of their own, which has fleets' addresses. This one outlives it, whatever ends it, and
 //! removes what it left in shared memory.

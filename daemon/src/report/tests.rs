@@ -1,5 +1,7 @@
 //! Fixed facts, and what becomes of them.
 
+mod reference;
+
 use super::judge::{exit_code, impaired_because, starved_because, unmet, verdict};
 use super::text::{Style, render};
 use super::*;
@@ -509,7 +511,7 @@ mod files {
             assert!(text.contains(cause) && text.contains("hint: "), "{text}");
         };
         check(folder.path(), "it is a directory");
-        check(&folder.path().join("no/such/out.json"), "there is no directory");
+        check(&folder.path().join("no/such/out.json"), "does not exist");
         check(&folder.path().join("x".repeat(300)), "name too long");
         check(Path::new("/proc/out.json"), "report `/proc/out.json`: cannot write");
     }
