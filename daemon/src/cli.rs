@@ -34,8 +34,9 @@ Examples:
   shoal reproduce                      compare the planners with their papers
   shoal doctor                         can this machine run a fleet?
 
-Exit codes: 0 all expectations met, 1 an expectation failed, 2 invalid command line
-or scenario, 3 the environment does not allow the run, 4 time ran out, 130 interrupted")]
+Exit codes: 0 all expectations met, 1 an expectation failed, 2 invalid command
+line or scenario, 3 the environment does not allow the run, 4 time ran out,
+130 interrupted")]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]

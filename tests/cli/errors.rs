@@ -161,8 +161,8 @@ fn files_that_are_none() {
     here.file("bytes.toml", b"name = \"\xff\xfe\"");
     let mut all = String::new();
     for (name, cause) in [
-        ("missing.toml", "no such file"),
-        ("./missing", "no such file"),
+        ("missing.toml", "file not found"),
+        ("./missing", "file not found"),
         ("folder.toml", "is a directory"),
         ("bytes.toml", "byte 8 is not UTF-8"),
         ("demo-51", "unknown scenario"),
@@ -206,7 +206,7 @@ const BAD_LINES: &[(&str, &[&str])] = &[
     ("run head-on --set clok.tick_hz=3", &["--set clok.tick_hz=3", "unknown key", "did you mean `clock`"]),
     ("run head-on --set clock.tick_hz=abc", &["clock.tick_hz", "number", "`abc`"]),
     ("run head-on --set clock.tick_hz=[1", &["clock.tick_hz", "not a TOML value"]),
-    ("run head-on --set =3", &["--set =3", "no key"]),
+    ("run head-on --set =3", &["--set =3", "not a key path"]),
     ("run head-on --set robot.0.radius_m=3", &["robot.0.radius_m", "robot[0]"]),
     ("run head-on --set robot[7].radius_m=3", &["robot[7]", "2"]),
     ("run head-on --set robot[0].radius_m=-3", &["robot[0].radius_m", "-3"]),
@@ -275,7 +275,7 @@ fn reports_without_a_place() {
     here.file("file", "");
     let mut all = String::new();
     for (place, names) in [
-        ("nowhere/out.json", &["nowhere/out.json", "no directory `nowhere`", "mkdir -p nowhere"][..]),
+        ("nowhere/out.json", &["nowhere/out.json", "directory `nowhere` does not exist", "mkdir -p nowhere"][..]),
         (".", &["report `.`", "is a directory"]),
         ("file/out.json", &["file/out.json"]),
         // Read-only for everybody, root included.

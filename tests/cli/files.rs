@@ -115,5 +115,5 @@ fn a_directory_that_is_removed_during_the_run_costs_only_the_files_in_it() {
     std::fs::remove_dir_all(here.path().join("sub")).expect("it can be removed");
     running.signal(Signal::INT);
     let ended = running.end();
-    check_printed(&ended, 3, &["report `sub/out.json`", "there is no directory", "mkdir -p", "record `"]);
+    check_printed(&ended, 3, &["report `sub/out.json`", "does not exist", "mkdir -p", "record `"]);
 }
