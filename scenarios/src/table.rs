@@ -192,8 +192,8 @@ pub(crate) static KINDS_ARM: Section =
 
 pub(crate) static ROBOT: Section = Section {
     title: "[[robot]]",
-    help: "One robot; with the id of a robot of the layout, what is different about that one. What it does not say comes \
-           from the layout, from `[kinds]`, then `[defaults]`, then the values here.",
+    help: "One robot, or with the id of a robot of the layout, the keys that differ from the layout. Missing keys are \
+           taken from the layout, then from `[kinds]`, then from `[defaults]`, then from the defaults listed here.",
     tag: None,
     groups: &[
         &[
@@ -201,21 +201,21 @@ pub(crate) static ROBOT: Section = Section {
             computed(
                 "start_m",
                 Pair,
-                "that of the layout; a robot that no layout has needs it",
+                "that of the layout; required without a layout",
                 "Start position; of an arm, that of its tip.",
             ),
             computed(
                 "goal_m",
                 Pose,
-                "that of the layout; a robot that no layout has needs it",
-                "Its last goal; of an arm, for its tip. A third number is the heading that a unicycle is to have there, rad.",
+                "that of the layout; required without a layout",
+                "Last goal; of an arm, that of its tip. A third number is the heading of a unicycle there, rad.",
             ),
             preset("waypoints_m", Pairs { min: 0, max: MAX_GOALS - 1 }, "[]", "Goals before the last one, in order."),
             preset(
                 "rounds",
                 ForeverOrCount,
                 "1",
-                "How often it goes through its waypoints and its last goal. One that does so forever never arrives, and is \
+                "Number of rounds through its waypoints and its last goal. A robot with endless rounds never arrives and is \
                  not expected to.",
             ),
             optional("goal_motion", Table(&MOTION), "Motion of the last goal."),

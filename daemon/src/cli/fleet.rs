@@ -36,7 +36,7 @@ Examples:
   shoal latency                        the fleet, then every robot: pose age
   shoal latency --metric wake          every robot: wake-up lateness
   shoal latency r03                    everything about one robot
-  shoal latency r03 --pairs            the neighbours whose poses it used, and pose ages
+  shoal latency r03 --pairs            pose ages by neighbour
   shoal latency --metric reaction --histogram
   shoal latency --svg ages.svg
 
@@ -99,7 +99,7 @@ pub struct AddArgs {
     /// Start position, m
     #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
     pub start: [f64; 2],
-    /// Goal position, m, and for a unicycle the heading that it is to have there, rad
+    /// Goal position, m, and for a unicycle its heading there, rad
     #[arg(long, value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
     pub goal: Pose,
     /// Heading at the start, rad; by default towards the goal
@@ -131,8 +131,8 @@ pub enum TaskVerb {
 #[command(after_help = "\
 Examples:
   shoal task send r03 4,-2                  after its present goals
-  shoal task send r03 4,-2,1.57             a unicycle is to face +y there
-  shoal task send r03 4,-2 --now            immediately; its other goals are dropped")]
+  shoal task send r03 4,-2,1.57             a unicycle faces +y there
+  shoal task send r03 4,-2 --now            immediately; drops its other goals")]
 pub struct TaskSendArgs {
     /// Which fleet.
     #[command(flatten)]
@@ -140,7 +140,7 @@ pub struct TaskSendArgs {
     /// Id of the robot
     #[arg(value_name = "ID")]
     pub id: String,
-    /// Goal position, m, and for a unicycle the heading that it is to have there, rad
+    /// Goal position, m, and for a unicycle its heading there, rad
     #[arg(value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
     pub goal: Pose,
     /// Replace the present goals; otherwise the goal is queued behind them
