@@ -1,5 +1,6 @@
 //! The one error: something about this machine's shared memory, its limits, or another process of the fleet.
 
+use crate::descriptors;
 use std::path::Path;
 
 /// An operation on something shared that the machine, or another process of the fleet, did not let happen.
@@ -14,6 +15,7 @@ pub struct BusError {
     cause: String,
     hint: String,
     missing: bool,
+    exhausted: bool,
 }
 
 impl BusError {
@@ -24,7 +26,14 @@ impl BusError {
         cause: impl Into<String>,
         hint: impl Into<String>,
     ) -> BusError {
-        BusError { object: object.into(), action, cause: cause.into(), hint: hint.into(), missing: false }
+        BusError {
+            object: object.into(),
+            action,
+            cause: cause.into(),
+            hint: hint.into(),
+            missing: false,
+            exhausted: false,
+        }
     }
 
     /// An error of a system call on a file.
@@ -48,12 +57,25 @@ impl BusError {
             cause: cause.to_string(),
             hint: hint.into(),
             missing,
+            exhausted: false,
         }
     }
 
     /// An error that iceoryx2 gave for a port or a service. Its errors are enums whose names say what is wrong.
     pub(crate) fn port(object: impl Into<String>, action: &'static str, cause: impl std::fmt::Debug) -> BusError {
         let cause = format!("{cause:?}");
+        // iceoryx2 has a dozen names for this, and some of them say that the object does not exist.
+        if let Some(errno) = descriptors::exhausted() {
+            return BusError {
+                object: object.into(),
+                action,
+                cause: std::io::Error::from(errno).to_string(),
+                hint: "raise the limit on open files (`ulimit -n`, `ulimit -Hn`); `shoal doctor` says what it allows"
+                    .into(),
+                missing: false,
+                exhausted: true,
+            };
+        }
         let hint = if cause.contains("ExceedsMax") || cause.contains("DoesNotSupportRequestedAmount") {
             "the fleet was made for fewer participants: dead ones are cleared by the daemon's janitor, or start it larger"
         } else if cause.contains("DoesNotExist") {
@@ -65,8 +87,8 @@ impl BusError {
         } else {
             "shared memory or open files may have run out: see `shoal doctor`, `ulimit -n` and `df /dev/shm`"
         };
-        let missing = cause.contains("DoesNotExist");
-        BusError { object: object.into(), action, cause, hint: hint.into(), missing }
+        let missing = cause.contains("DoesNotExist") || cause.contains("IsMarkedForDestruction");
+        BusError { object: object.into(), action, cause, hint: hint.into(), missing, exhausted: false }
     }
 
     /// The fleet has ended.
@@ -82,5 +104,11 @@ impl BusError {
     /// The object is not there (not yet, or no more), as opposed to there and unusable.
     pub fn is_missing(&self) -> bool {
         self.missing
+    }
+
+    /// Whether another attempt may go better: something is there, and nothing has run out. So it is while its owner makes
+    /// it, or somebody clears it away.
+    pub(crate) fn may_pass(&self) -> bool {
+        !self.missing && !self.exhausted
     }
 }

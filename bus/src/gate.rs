@@ -79,7 +79,7 @@ const HEARD: usize = 24;
 const MET: usize = 32;
 /// In a slot: the incarnation that announced itself, and the number of its process.
 const PROCESS: usize = 40;
-/// In a slot: the incarnation that cannot hear somebody it should, plus one.
+/// In a slot: the incarnation that cannot hear somebody it should, plus one, and that one's slot.
 const DEAF: usize = 48;
 /// When each of the last ticks was opened, for observers; behind the slots.
 const TRACE: usize = 1024;
@@ -292,10 +292,10 @@ impl Gate {
         }
     }
 
-    /// Says that this robot cannot hear somebody that it should, and that its process therefore ends.
-    pub fn announce_deaf(&self, seat: Seat) {
+    /// Says that this robot cannot hear the one in slot `to`, and that its process therefore ends.
+    pub fn announce_deaf(&self, seat: Seat, to: u32) {
         if let Some(word) = self.slot(seat.slot, DEAF) {
-            word.store(u64::from(seat.incarnation) + 1, Release);
+            word.store((u64::from(seat.incarnation) + 1) << 32 | u64::from(to), Release);
         }
     }
 
@@ -422,9 +422,10 @@ impl Gate {
         (word >> 32 == u64::from(seat.incarnation) && pid != 0).then_some(pid)
     }
 
-    /// Whether the agent of this seat ended because it could not hear somebody that it should.
-    pub fn is_deaf(&self, seat: Seat) -> bool {
-        self.slot(seat.slot, DEAF).is_some_and(|word| word.load(Acquire) == u64::from(seat.incarnation) + 1)
+    /// The slot of the robot that the agent of this seat could not hear, if it ended because of that.
+    pub fn deaf_to(&self, seat: Seat) -> Option<u32> {
+        let word = self.slot(seat.slot, DEAF)?.load(Acquire);
+        (word >> 32 == u64::from(seat.incarnation) + 1).then_some(word as u32)
     }
 
     /// How many neighbours this seat heard in its newest step; 0 before the first.

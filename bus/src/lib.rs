@@ -10,6 +10,7 @@
 //! operator      operator -> daemon  requests and replies                         unix socket
 //! stats         any -> daemon       latency histograms and counters              counters in a file
 //! blame         any -> daemon       why a period was late                        the same file
+//! descriptors   anybody              how many open files a process needs               limits of the kernel
 //! bare          nobody              the floor under the gate, to measure it by   futex words in a file
 //! ```
 //!
@@ -27,6 +28,7 @@ mod board;
 pub mod clean;
 pub mod clock;
 pub mod control;
+pub mod descriptors;
 pub mod error;
 pub mod footing;
 pub mod frames;

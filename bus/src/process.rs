@@ -1,9 +1,13 @@
 //! What a process of a fleet does first: it ties its life to the one that started it; and what it does when it is ready:
 //! it gives back the stack that only getting ready took.
 
+use crate::{BusError, Result};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
-use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
+use rustix::process::{Pid, PidfdFlags, Signal, getppid, kill_process, pidfd_open, set_parent_process_death_signal};
 use std::ops::Range;
+use std::os::fd::OwnedFd;
 
 /// This much below the present frame stays: the next calls need it at once.
 const STACK_KEPT: usize = 8 << 10;
@@ -26,6 +30,59 @@ pub fn start_of(pid: u32) -> Option<u64> {
     let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace();
     fields.next().filter(|state| !matches!(*state, "Z" | "X"))?;
     fields.nth(18)?.parse().ok()
+}
+
+/// The same for a process that the daemon started, or one that a wrapper started for it: asks the kernel to kill this
+/// process when its parent dies, and sees to it that it dies with `ancestor`, however many processes stand between them.
+///
+/// # Errors
+/// When `ancestor` is not among the processes that led to this one, or cannot be watched: a process that would not
+/// notice the end of its fleet must not begin.
+pub fn die_with_ancestor(ancestor: u32) -> Result<()> {
+    if die_with_parent(ancestor) {
+        return Ok(());
+    }
+    let refused = |cause: String, hint: &str| {
+        BusError::new(format!("agent (process {})", std::process::id()), "join the fleet", cause, hint)
+    };
+    let watch = "the daemon is not its parent, so it must be watched";
+    let daemon = i32::try_from(ancestor).ok().and_then(Pid::from_raw);
+    let daemon = (daemon.ok_or(Errno::SRCH).and_then(|pid| pidfd_open(pid, PidfdFlags::empty())))
+        .map_err(|errno| refused(format!("{watch}: {}", std::io::Error::from(errno)), WRAPPER))?;
+    // In this order: what is an ancestor now, and has not ended since it was opened, is what was opened.
+    if !descends_from(std::process::id(), ancestor) || ended(&daemon, Some(&Timespec::default())) {
+        return Err(refused(format!("process {ancestor}, the daemon, is not among its parents"), WRAPPER));
+    }
+    // Asleep until then. A thread, because the loop of an agent must not ask the kernel in every period.
+    let guard = std::thread::Builder::new().name("watch-daemon".to_owned()).stack_size(WATCH_STACK);
+    let watching = guard.spawn(move || {
+        while !ended(&daemon, Some(&WATCH)) {}
+        let _ = kill_process(rustix::process::getpid(), Signal::KILL);
+    });
+    watching.map(drop).map_err(|error| refused(format!("{watch}: {error}"), "is the limit on processes reached?"))
+}
+
+const WRAPPER: &str = "a wrapper has to stay until the agent ends, in its PID namespace, or to become the agent: `exec real-agent \"$@\"`";
+const WATCH: Timespec = Timespec { tv_sec: 600, tv_nsec: 0 };
+const WATCH_STACK: usize = 64 << 10;
+/// More processes than this do not stand between an agent and its daemon.
+const GENERATIONS_MAX: usize = 64;
+
+/// Whether a process ends within this time.
+fn ended(process: &OwnedFd, within: Option<&Timespec>) -> bool {
+    matches!(poll(&mut [PollFd::new(process, PollFlags::IN)], within), Ok(1..))
+}
+
+/// Whether `ancestor` is the parent of process `pid`, or of its parent, and so on.
+pub fn descends_from(pid: u32, ancestor: u32) -> bool {
+    let parents = std::iter::successors(Some(pid), |pid| parent_of(*pid));
+    parents.skip(1).take(GENERATIONS_MAX).any(|parent| parent == ancestor)
+}
+
+fn parent_of(pid: u32) -> Option<u32> {
+    #[expect(clippy::disallowed_methods, reason = "the kernel tells in a file whose child a process is")]
+    let text = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    text.rsplit_once(')')?.1.split_ascii_whitespace().nth(1)?.parse().ok()
 }
 
 /// Gives the kernel back the stack below the caller's frame. iceoryx2 opens services with some 150 KiB of it, which a
@@ -89,6 +146,28 @@ mod tests {
     fn the_state_of_a_process_is_a_letter() {
         assert!(matches!(state_of(std::process::id()), Some('R' | 'S')), "it is there");
         assert_eq!(state_of(u32::MAX), None);
+    }
+
+    #[test]
+    fn a_process_knows_its_ancestors() {
+        let me = std::process::id();
+        let parent = parent_of(me).unwrap();
+        assert_eq!(getppid().map(|pid| pid.as_raw_nonzero().get() as u32), Some(parent));
+        assert!(descends_from(me, parent) && !descends_from(parent, me) && !descends_from(me, me));
+    }
+
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "a process that is no relative")]
+    fn a_process_that_would_not_notice_the_end_of_its_fleet_does_not_begin() {
+        let mut stranger = std::process::Command::new("sleep").arg("1000").spawn().unwrap();
+        let refused = die_with_ancestor(stranger.id());
+        stranger.kill().unwrap();
+        stranger.wait().unwrap();
+        // The kernel was asked to kill this process with its parent; it need not.
+        set_parent_process_death_signal(None).unwrap();
+        let error = refused.unwrap_err();
+        assert!(error.to_string().contains("not among its parents"), "{error}");
+        assert!(error.hint().unwrap().contains("exec"), "{error:?}");
     }
 
     #[test]

@@ -10,13 +10,16 @@
 
 use crate::board::{self, Board, Entry, EntryMut, Key};
 use crate::node::Node;
-use crate::{Result, Sizes};
+use crate::{Result, Sizes, clock};
 use protocol::Seat;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::robot_to_world::Command;
 
 const POSES: [Key; 2] = [0, 1];
 const COMMAND: Key = 2;
+/// A board that is neither there nor gone is looked for again for this long, this often.
+const PASSING_NS: u64 = 50_000_000;
+const AGAIN_NS: u64 = 1_000_000;
 
 fn name(seat: Seat) -> String {
     format!("robot/{}/{}", seat.slot, seat.incarnation)
@@ -93,11 +96,25 @@ pub struct RobotReader {
 }
 
 impl RobotReader {
-    /// Opens the board of this life. It takes about 0.1 ms and five file descriptors.
+    /// Opens the board of this life. It takes about 0.1 ms and five file descriptors; longer where the board is just being
+    /// made or cleared away.
     ///
     /// # Errors
-    /// When the board is not there ([`BusError::is_missing`](crate::BusError::is_missing)), or has no place left.
+    /// When the board is not there ([`BusError::is_missing`](crate::BusError::is_missing)), has no place left, or there
+    /// are no descriptors left. Except for the first, the robot is there and cannot be heard.
     pub fn open(node: &Node, seat: Seat) -> Result<RobotReader> {
+        let begun_ns = clock::now_ns();
+        loop {
+            match RobotReader::open_once(node, seat) {
+                Err(error) if error.may_pass() && clock::now_ns() - begun_ns < PASSING_NS => {
+                    clock::sleep_until_ns(clock::now_ns() + AGAIN_NS);
+                }
+                result => return result,
+            }
+        }
+    }
+
+    fn open_once(node: &Node, seat: Seat) -> Result<RobotReader> {
         let name = name(seat);
         let reader = board::reader(&board::open(node, &name)?, &name)?;
         Ok(RobotReader {

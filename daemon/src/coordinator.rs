@@ -6,6 +6,7 @@
 
 mod operators;
 
+use crate::ending::SIGBUS;
 use operators::Waiting;
 pub use operators::{Answer, CONFIRM_WITHIN, WAITING_MAX};
 use protocol::Seat;
@@ -225,9 +226,13 @@ impl Coordinator {
         self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::NotStarted { why: problem } }));
     }
 
-    /// A process ended and has been reaped. `words` is what it printed last; `deaf`: it says that it could not hear
-    /// somebody.
-    pub fn exited(&mut self, seat: Seat, ending: Ending, words: Option<String>, deaf: bool) {
+    /// A process ended and has been reaped. `words` is what it printed last; `deaf_to`: the slot
+    /// of the robot that it could not hear, if that was its reason.
+    pub fn exited(&mut self, seat: Seat, ending: Ending, words: Option<String>, deaf_to: Option<u32>) {
+        let deaf = deaf_to.map(|slot| {
+            let words = words.as_deref().unwrap_or("it did not say why");
+            Absence::Deaf { why: format!("cannot hear {}: {words}", self.name(slot)) }
+        });
         let Some(member) = self.members.get_mut(seat.slot as usize).filter(|member| member.seat == seat) else {
             return;
         };
@@ -239,14 +244,20 @@ impl Coordinator {
         let next = member.next.take();
         if was != State::Left && !self.stopping {
             let cause = match was {
-                _ if deaf => Absence::Deaf { why: words.unwrap_or_default() },
-                State::Starting if ending.signal.is_none() => {
-                    let ended = format!("its process {}", ending.describe());
+                State::Starting if deaf.is_none() && matches!(ending.signal, None | Some(SIGBUS)) => {
+                    let mut ended = format!("its process {}", ending.describe());
+                    if ending.code == Some(0) {
+                        ended += " before it was ready (a wrapper has to stay until the agent ends)";
+                    }
                     Absence::NotStarted {
                         why: words.map_or_else(|| ended.clone(), |words| format!("{ended}: {words}")),
                     }
                 }
-                _ => Absence::Died { signal: ending.signal, code: ending.code, words: words.unwrap_or_default() },
+                _ => deaf.unwrap_or(Absence::Died {
+                    signal: ending.signal,
+                    code: ending.code,
+                    words: words.unwrap_or_default(),
+                }),
             };
             self.actions.push(Action::Order(Order::Absent { seat, cause }));
         }

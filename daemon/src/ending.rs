@@ -3,7 +3,7 @@
 use crate::coordinator::Ending;
 use crate::exit::{self, Failure};
 use crate::processes::Measured;
-use crate::supervisor::{Supervisor, Watch, now};
+use crate::supervisor::{Supervisor, Watch, Who, now};
 use bus::{Address, clean};
 use protocol::Seat;
 use protocol::world_to_daemon::Outcome;
@@ -16,7 +16,7 @@ const FAREWELL_BEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
 /// How long the agents have to end by themselves once the run is over.
 const FAREWELL: Duration = Duration::from_millis(1500);
 /// SIGBUS: what writing into a full tmpfs does.
-const SIGBUS: i32 = 7;
+pub(crate) const SIGBUS: i32 = 7;
 
 /// What a run came to.
 pub struct Finished {
@@ -69,6 +69,7 @@ impl Supervisor {
             self.reap();
         }
         self.kill_all(watch);
+        self.children.talk(now()).iter().for_each(|line| watch.say(line));
 
         let mut failures = std::mem::take(&mut self.failures);
         let Some(end) = self.left.read() else { return Err(self.without_outcome(failures)) };
@@ -125,7 +126,7 @@ impl Supervisor {
     }
 
     /// Ground truth is lost; what the daemon has seen of the run is not.
-    fn without_outcome(&self, failures: Vec<Failure>) -> Failure {
+    fn without_outcome(&mut self, failures: Vec<Failure>) -> Failure {
         let ending = self.world_ending.map_or("does not end".to_owned(), |ending| ending.describe());
         let mut failure = Failure::environment(format!("world-sim {ending} before the run was over"));
         let progress = self.gate.progress();
@@ -136,7 +137,7 @@ impl Supervisor {
                 progress.tick, progress.arrived, progress.robots, progress.contacts
             ));
         }
-        if let Some(words) = self.children.last_words("world") {
+        if let Some(words) = self.children.last_words(Who::World, now()) {
             failure = failure.hint(format!("its last output: {words}"));
         }
         failure = failure.hints(self.world_ending.and_then(full_memory));

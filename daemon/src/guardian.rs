@@ -1,6 +1,7 @@
 //! The guardian: a tiny process that cleans after a daemon that was killed.
 //!
-//! It holds the reading end of a pipe and does nothing else. When the daemon goes, for whatever reason, the pipe ends:
+//! It holds the reading end of a pipe, and keeps the logs of the fleet small, which a stopped daemon does not. When the
+//! daemon goes, for whatever reason, the pipe ends:
 //! unless the daemon has killed it, it had no time to clean, and the guardian ends the run's processes
 //! and removes its shared memory. It runs in a process group of its own, so that a Ctrl-C meant for the daemon does
 //! not reach it. It finds the processes by their command lines and by a mark in their environment, not by the number of
@@ -8,9 +9,13 @@
 
 use crate::exit::Failure;
 use bus::{Address, Lease, clean};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+
+/// How often it looks at the logs.
+const LOGS_EVERY: Timespec = Timespec { tv_sec: 1, tv_nsec: 0 };
 
 /// The daemon's end.
 pub struct Guardian {
@@ -49,6 +54,21 @@ impl Guardian {
     }
 }
 
+/// Waits for the daemon's end: nobody writes, so the pipe only ends. Meanwhile logs are kept small: the daemon does that
+/// itself, unless it is stopped.
+fn wait_for_end(address: &Address) {
+    let (stdin, mut bytes) = (std::io::stdin(), [0; 64]);
+    loop {
+        match poll(&mut [PollFd::new(&stdin, PollFlags::IN)], Some(&LOGS_EVERY)) {
+            Ok(0) => crate::logs::trim_all(address.root()),
+            _ => match rustix::io::read(&stdin, &mut bytes) {
+                Err(rustix::io::Errno::INTR) | Ok(1..) => {}
+                Ok(0) | Err(_) => return,
+            },
+        }
+    }
+}
+
 /// The guardian's own process: waits for the daemon's end, then cleans if need be.
 ///
 /// # Errors
@@ -57,8 +77,7 @@ pub fn main(root: &Path) -> Result<(), Failure> {
     let Ok(address) = Address::at(root) else { return Ok(()) };
     // While the guardian lives nobody else takes the fleet for abandoned.
     let lease = Lease::take(&address)?;
-    // Nobody writes: this ends with the daemon.
-    let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
+    wait_for_end(&address);
     clean::end_processes(&address);
     drop(lease);
     clean::sweep(&address);

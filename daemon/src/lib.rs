@@ -13,6 +13,7 @@
 
 pub mod cli;
 pub mod coordinator;
+pub mod descriptors;
 pub mod ending;
 pub mod executables;
 pub mod exit;
@@ -20,6 +21,7 @@ pub mod file;
 pub mod guardian;
 pub mod janitor;
 pub mod limits;
+mod logs;
 pub mod measured;
 pub mod numbers;
 pub mod out;

@@ -3,22 +3,21 @@
 use crate::coordinator::Ending;
 use crate::executables::{Executables, cannot_start};
 use crate::exit::Failure;
+use crate::logs::Logs;
+use crate::report::ProcessFacts;
 use crate::scheduling::schedule;
 use crate::supervisor::{Change, Who};
-use bus::Address;
+use bus::{Address, Gate};
 use protocol::Seat;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process, kill_process_group, waitid};
 use scenarios::Processes;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// Bytes of a process's own words that are repeated when it ends badly.
-const LAST_WORDS: usize = 600;
 /// How long killed processes may take to go. One that hangs in the kernel, or that somebody traces, may take for ever.
 pub(crate) const DYING: Duration = Duration::from_secs(2);
 
@@ -45,6 +44,8 @@ pub fn state_word(pid: u32) -> &'static str {
 struct Child {
     who: Who,
     pid: Pid,
+    /// The agent, if that is another process, which this one has started; and when it began.
+    wrapped: Option<(Pid, u64)>,
     alive: bool,
     /// What it had used when the first tick began: starting a fleet is not part of the run.
     before: Measured,
@@ -54,7 +55,9 @@ struct Child {
 /// The world and the agents of one fleet, dead ones included.
 pub struct Children {
     root: PathBuf,
-    logs: PathBuf,
+    logs: Logs,
+    /// Lines of processes that have ended.
+    said: Vec<String>,
     scheduling: Processes,
     executables: Executables,
     /// The process group of the fleet: what agents of others start is in it as well.
@@ -69,7 +72,8 @@ impl Children {
     pub fn new(address: &Address, scheduling: Processes, executables: Executables) -> Children {
         let root = address.root().to_path_buf();
         Children {
-            logs: root.clone(),
+            logs: Logs::new(address),
+            said: Vec::new(),
             root,
             scheduling,
             executables,
@@ -88,7 +92,7 @@ impl Children {
         close_on_exec();
         let mut command = shoal("world");
         command.arg("--root").arg(&self.root);
-        let pid = self.spawn(command, "world", Who::World).map_err(|error| {
+        let pid = self.spawn(command, ProcessFacts::WORLD.to_owned(), Who::World).map_err(|error| {
             Failure::environment(format!("world-sim: cannot start: {error}"))
                 .hint("is the limit on processes reached? see `shoal doctor`")
         })?;
@@ -99,7 +103,7 @@ impl Children {
     ///
     /// # Errors
     /// When it cannot be started, in words.
-    pub fn spawn_agent(&mut self, seat: Seat, program: Option<&str>) -> Result<u32, String> {
+    pub fn spawn_agent(&mut self, seat: Seat, id: &str, program: Option<&str>) -> Result<u32, String> {
         let program = program.map(|name| self.executables.path(name));
         #[expect(clippy::disallowed_methods, reason = "the supervisor starts the agents")]
         let mut command = program.as_ref().map_or_else(|| shoal("agent"), Command::new);
@@ -108,11 +112,11 @@ impl Children {
         if seat.incarnation > 0 {
             close_on_exec();
         }
-        let started = self.spawn(command, &robot_agent::shell::spec_file(seat), Who::Agent(seat));
+        let started = self.spawn(command, id.to_owned(), Who::Agent(seat));
         started.map_err(|error| cannot_start(program.as_deref().unwrap_or(Path::new("shoal agent")), &error))
     }
 
-    fn spawn(&mut self, mut command: Command, name: &str, who: Who) -> io::Result<u32> {
+    fn spawn(&mut self, mut command: Command, speaker: String, who: Who) -> io::Result<u32> {
         // The child asks the kernel to die with this process; it compares this number in case it is too late for that.
         command.arg("--parent").arg(std::process::id().to_string()).env(bus::clean::MARK, &self.root);
         command.process_group(self.group.map_or(0, Pid::as_raw_pid));
@@ -123,14 +127,14 @@ impl Children {
                 Who::Agent(_) => &self.scheduling.agents,
             },
         );
-        #[expect(clippy::disallowed_methods, reason = "what a process says goes to a file of the run")]
-        let log = File::create(self.logs.join(format!("{name}.log")))?;
+        let log = self.logs.create(&log_of(who), speaker)?;
         command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
         let id = command.spawn()?.id();
         let pid = crate::supervisor::pid_of(id).expect("a spawned process has a positive id");
         self.group.get_or_insert(pid);
         self.alive.insert(pid.as_raw_pid(), self.all.len());
-        self.all.push(Child { who, pid, alive: true, before: Measured::default(), measured: Measured::default() });
+        let (before, measured) = (Measured::default(), Measured::default());
+        self.all.push(Child { who, pid, wrapped: None, alive: true, before, measured });
         Ok(id)
     }
 
@@ -150,7 +154,7 @@ impl Children {
             let Ok(Some(status)) = waitid(WaitId::Pid(child.pid), look) else { continue };
             if let Some(ending) = ending_of(&status) {
                 if child.measured == Measured::default() {
-                    child.measured = measure(child.pid, false);
+                    child.measured = measure(child.itself(), false);
                 }
                 child.alive = false;
                 self.alive.remove(&child.pid.as_raw_pid());
@@ -183,13 +187,10 @@ impl Children {
         self.all.iter().filter(|child| child.alive).map(|child| child.pid.as_raw_pid() as u32).collect()
     }
 
-    /// Sends a signal to a process that has not been reaped.
+    /// Sends a signal to a process that has not been reaped, and to the agent that it may be a wrapper of.
     pub fn signal(&self, pid: u32, signal: Signal) {
-        if self.alive.contains_key(&(pid as i32))
-            && let Some(pid) = crate::supervisor::pid_of(pid)
-        {
-            // It may have ended this moment: then there is nothing to signal.
-            let _ = kill_process(pid, signal);
+        if let Some(index) = self.alive.get(&(pid as i32)) {
+            self.all[*index].signal(signal);
         }
     }
 
@@ -208,7 +209,7 @@ impl Children {
         }
         for index in std::mem::take(&mut self.alive).into_values() {
             let child = &mut self.all[index];
-            let _ = kill_process(child.pid, Signal::KILL);
+            child.signal(Signal::KILL);
             if !reap_until(child.pid, until_ns) {
                 alive.push(child.pid.as_raw_pid() as u32);
             }
@@ -222,7 +223,7 @@ impl Children {
     pub fn begin_measuring(&mut self) -> bool {
         let first = !std::mem::replace(&mut self.measuring, true);
         for child in self.all.iter_mut().filter(|child| first && child.alive) {
-            child.before = measure(child.pid, false);
+            child.before = measure(child.itself(), false);
         }
         first
     }
@@ -230,7 +231,7 @@ impl Children {
     /// Measures every process that lives.
     pub fn measure_all(&mut self) {
         for child in self.all.iter_mut().filter(|child| child.alive) {
-            child.measured = measure(child.pid, true);
+            child.measured = measure(child.itself(), true);
         }
     }
 
@@ -243,25 +244,79 @@ impl Children {
             };
             let waited_s = child.measured.run_queue_wait_s - child.before.run_queue_wait_s;
             let measured = Measured { run_queue_wait_s: waited_s.max(0.0), ..child.measured };
-            (seat, child.pid.as_raw_pid() as u32, measured)
+            (seat, child.itself().as_raw_pid() as u32, measured)
         };
         self.all.iter().map(entry).collect()
     }
 
     /// Removes the files of a process that has ended.
-    pub fn bury(&self, name: &str) {
-        for file in [self.root.join(name), self.logs.join(format!("{name}.log"))] {
-            let _ = std::fs::remove_file(file);
+    pub fn bury(&self, seat: Seat) {
+        let name = robot_agent::shell::spec_file(seat);
+        let _ = std::fs::remove_file(self.root.join(&name));
+        self.logs.remove(&name);
+    }
+
+    /// What the processes printed since the last call, line by line; and keeps their logs small.
+    pub fn talk(&mut self, now: Duration) -> Vec<String> {
+        let mut lines = std::mem::take(&mut self.said);
+        lines.extend(self.logs.look(now));
+        lines
+    }
+
+    /// A process has been reaped: what it said last, in one line. What else it printed comes with [`Children::talk`].
+    pub fn last_words(&mut self, who: Who, now: Duration) -> Option<String> {
+        let name = log_of(who);
+        self.said.extend(self.logs.close(&name, now));
+        self.logs.last_words(&name)
+    }
+
+    /// Learns from the gate which processes are the agents, where those that were started are wrappers around them.
+    pub fn adopt(&mut self, gate: &Gate) {
+        for index in self.alive.values() {
+            let child = &mut self.all[*index];
+            let Who::Agent(seat) = child.who else { continue };
+            if child.wrapped.is_some() {
+                continue;
+            }
+            let started = child.pid.as_raw_pid() as u32;
+            let Some(pid) = gate.process(seat).filter(|pid| *pid != started) else { continue };
+            // What a file of the run says may be wrong: only what this child has started is its agent.
+            if let Some(since) = bus::process::start_of(pid).filter(|_| bus::process::descends_from(pid, started)) {
+                child.wrapped = crate::supervisor::pid_of(pid).map(|pid| (pid, since));
+            }
         }
     }
 
-    /// What a process said last, in one line.
-    pub fn last_words(&self, name: &str) -> Option<String> {
-        #[expect(clippy::disallowed_methods, reason = "what a process said is in a file of the run")]
-        let text = std::fs::read(self.logs.join(format!("{name}.log"))).ok()?;
-        let tail = String::from_utf8_lossy(&text[text.len().saturating_sub(LAST_WORDS)..]).into_owned();
-        let words: Vec<&str> = tail.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-        (!words.is_empty()).then(|| words.join(" / "))
+    /// The agent's own process, for the one that was started.
+    pub fn agent_pid(&self, started: u32) -> u32 {
+        let child = self.alive.get(&(started as i32)).map(|index| &self.all[*index]);
+        child.map_or(started, |child| child.itself().as_raw_pid() as u32)
+    }
+}
+
+impl Child {
+    /// The process that does the work: the agent behind a wrapper, or what was started.
+    fn itself(&self) -> Pid {
+        self.wrapped.map_or(self.pid, |(pid, _)| pid)
+    }
+
+    /// Signals the agent, then what was started: a wrapper that goes first would leave it alone.
+    fn signal(&self, signal: Signal) {
+        if let Some((pid, since)) = self.wrapped
+            && bus::process::start_of(pid.as_raw_pid() as u32) == Some(since)
+        {
+            let _ = kill_process(pid, signal);
+        }
+        // It may have ended this moment: then there is nothing to signal.
+        let _ = kill_process(self.pid, signal);
+    }
+}
+
+/// Name of the log of a process.
+fn log_of(who: Who) -> String {
+    match who {
+        Who::World => "world".to_owned(),
+        Who::Agent(seat) => robot_agent::shell::spec_file(seat),
     }
 }
 
@@ -326,11 +381,4 @@ fn close_on_exec() {
         let fd = unsafe { std::os::fd::BorrowedFd::borrow_raw(number) };
         let _ = rustix::io::fcntl_setfd(fd, rustix::io::FdFlags::CLOEXEC);
     }
-}
-
-/// The fleet's files are many: takes what the hard limit allows. Children inherit it.
-pub fn raise_open_files() {
-    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-    let limit = getrlimit(Resource::Nofile);
-    let _ = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, maximum: limit.maximum });
 }

@@ -112,6 +112,7 @@ pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> 
     let executables = Executables::find(&scenario)?;
     crate::scheduling::check(&scenario.processes)?;
     crate::limits::check(&scenario)?;
+    crate::descriptors::check(&scenario)?;
     // First of all: whoever ends the run from here on finds somebody who cleans.
     let signals = Signals::install()
         .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
@@ -151,7 +152,6 @@ impl Supervisor {
         let lease = Lease::take(&address)?;
         let sizes = Sizes { max_robots: scenario.fleet.max_robots as u32, shape_pieces: scenario.shape_pieces() };
         sizes.check_space(&address)?;
-        crate::processes::raise_open_files();
         let guardian = Guardian::start(&address)?;
         let left = OutcomeFile::create(&address).map_err(|error| no_room(&address, &error))?;
         write(&address, world_sim::shell::SCENARIO_FILE, &scenario)?;
@@ -228,6 +228,8 @@ impl Supervisor {
             self.coordinator.time(now(), &|seat| gate.is_ready(seat), &waited);
             self.janitor.tend(now());
             self.act(Some(watch));
+            self.children.adopt(&self.gate);
+            self.children.talk(now()).iter().for_each(|line| watch.say(line));
             if self.gate.start_ns().is_some() {
                 if self.children.begin_measuring() {
                     watch.started(&FleetView { address: &self.address, pids: &self.children.pids() });
@@ -276,18 +278,16 @@ impl Supervisor {
     pub(crate) fn reap(&mut self) {
         for (who, change) in self.children.changes() {
             match (who, change) {
-                (Who::World, Change::Ended(ending)) => self.world_ending = Some(ending),
+                (Who::World, Change::Ended(ending)) => {
+                    self.children.last_words(who, now());
+                    self.world_ending = Some(ending);
+                }
                 (Who::World, Change::Stopped) => self.coordinator.say("the world's process was stopped".to_owned()),
                 (Who::World, Change::Continued) => self.coordinator.say("the world's process goes on".to_owned()),
                 (Who::Agent(seat), Change::Ended(ending)) => {
-                    let name = self.coordinator.name(seat.slot).to_owned();
-                    if let Some(why) = full_memory(ending) {
-                        self.coordinator.say(format!("{name}: {why}"));
-                    }
-                    let words = (ending.code != Some(0))
-                        .then(|| self.children.last_words(&robot_agent::shell::spec_file(seat)))
-                        .flatten();
-                    self.coordinator.exited(seat, ending, words, self.gate.is_deaf(seat));
+                    let words = self.children.last_words(who, now()).filter(|_| ending.code != Some(0));
+                    let words = full_memory(ending).or(words);
+                    self.coordinator.exited(seat, ending, words, self.gate.deaf_to(seat));
                     self.bury(seat);
                 }
                 (Who::Agent(seat), Change::Stopped) => self.coordinator.stopped(seat),
@@ -302,7 +302,7 @@ impl Supervisor {
         if let Some(counted) = bus::stats::take(&self.address, &name) {
             self.departed.entry(seat.slot).or_default().merge(&counted);
         }
-        self.children.bury(&name);
+        self.children.bury(seat);
         self.janitor.want();
     }
 
@@ -323,6 +323,7 @@ impl Supervisor {
                                 Signal::Stop => Kill::STOP,
                                 Signal::Continue => Kill::CONT,
                             };
+                            self.children.adopt(&self.gate);
                             self.children.signal(pid, signal);
                         }
                     }
@@ -352,12 +353,12 @@ impl Supervisor {
     /// What keeps one robot from starting is said of that robot; the others go on.
     fn spawn_agent(&mut self, seat: Seat) {
         let Some(robot) = self.coordinator.scenario().robots.get(seat.slot as usize) else { return };
-        let program = robot.agent.clone();
+        let (id, program) = (robot.id.clone(), robot.agent.clone());
         let spec = AgentSpec::new(self.coordinator.scenario(), robot, seat);
         if let Err(failure) = write(&self.address, &robot_agent::shell::spec_file(seat), &spec) {
             return self.coordinator.not_spawned(seat, failure.message().to_owned());
         }
-        match self.children.spawn_agent(seat, program.as_deref()) {
+        match self.children.spawn_agent(seat, &id, program.as_deref()) {
             Ok(pid) => self.coordinator.spawned(seat, pid, now()),
             Err(problem) => self.coordinator.not_spawned(seat, problem),
         }
@@ -396,7 +397,7 @@ impl Supervisor {
     fn status(&self) -> Status {
         let life = |member: &crate::coordinator::Member| status::Life {
             seat: member.seat,
-            pid: member.pid,
+            pid: member.pid.map(|started| self.children.agent_pid(started)),
             state: member.state.word(),
         };
         status::of(

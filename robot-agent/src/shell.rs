@@ -79,9 +79,12 @@ pub enum ShellError {
     /// It was not started as an agent is.
     #[error("agent: {0}")]
     Usage(String),
-    /// Shared memory failed it.
+    /// Shared memory failed it, or it was started in a way in which it cannot tell when the fleet ends.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// It cannot hear the robot in this slot, which is there.
+    #[error("{1}")]
+    Deaf(u32, #[source] BusError),
     /// Its spec cannot be read.
     #[error("agent spec `{0}`: {1}")]
     SpecFile(PathBuf, #[source] std::io::Error),
@@ -110,10 +113,11 @@ pub fn main(args: &Args) -> Result<(), ShellError> {
 /// # Errors
 /// See [`ShellError`].
 pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut AgentOutputs)) -> Result<(), ShellError> {
-    if !bus::process::die_with_parent(args.parent) {
-        return Ok(());
-    }
+    bus::process::die_with_ancestor(args.parent)?;
     let address = Address::at(&args.root)?;
+    // Early: behind a wrapper this is how the daemon finds the process that it has to stop or to kill.
+    let gate = Gate::open(&address)?;
+    gate.announce_process(args.seat);
     let path = address.file(&spec_file(args.seat));
     #[expect(clippy::disallowed_methods, reason = "the shell reads its spec once, before the loop")]
     let bytes = std::fs::read(&path).map_err(|error| ShellError::SpecFile(path, error))?;
@@ -126,14 +130,18 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut Agent
         let spec = agent.spec();
         let sizes = Sizes { max_robots: spec.max_robots, shape_pieces: spec.shape_pieces };
         let poses = if spec.clock.mode == Mode::Realtime { Poses::Newest } else { Poses::LastTwo };
-        Ports::open(&address, args.seat, sizes, poses)?
+        Ports::open(&address, gate, args.seat, sizes, poses)?
     };
-    ports.gate.announce_process(args.seat);
     ports.gate.announce_ready(args.seat);
-    match agent.spec().clock.mode {
+    let ended = match agent.spec().clock.mode {
         Mode::Realtime => realtime(agent, &mut ports, &watch, adjust),
         Mode::Lockstep | Mode::Single => lockstep(agent, &mut ports, &watch, adjust),
+    };
+    if let Err(ShellError::Deaf(to, _)) = &ended {
+        // A robot that does not hear what it should must not go on as if nobody were there.
+        ports.gate.announce_deaf(args.seat, *to);
     }
+    ended
 }
 
 /// Name of the file in the run's root that holds the spec of a seat.
@@ -170,7 +178,7 @@ fn lockstep(
             ports.gate.note_alive(seat); // held or paused: nobody waits for this answer
             continue;
         }
-        step(&mut agent, ports, &odometry, Time::Ticks, stopwatch, adjust);
+        step(&mut agent, ports, &odometry, Time::Ticks, stopwatch, adjust)?;
         ports.gate.answer(seat, tick);
         if measured {
             ports.stats.record(Metric::Wake, woken_ns.saturating_sub(opened_ns));
@@ -199,7 +207,7 @@ fn realtime(
     }
     if ports.gate.start_ns().is_none() {
         ports.follow_list();
-        ports.open_missing(Duration::MAX);
+        ports.open_missing(Duration::MAX)?;
         ports.gate.announce_met(seat);
     }
     bus::process::give_back_stack();
@@ -242,7 +250,7 @@ fn realtime(
             let is_fresh = woken_ns.saturating_sub(odometry.stamp_ns) <= odometry_age_ns_max;
             if odometry.has(Odometry::FLAG_PRESENT) && is_fresh {
                 expected = true;
-                step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, stopwatch, adjust);
+                step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, stopwatch, adjust)?;
                 work_ns = stopwatch.plan_ns();
                 // After the last tick nobody has anything new to say: what was said last only gets older.
                 if !ports.gate.over() {
@@ -265,7 +273,7 @@ fn realtime(
         if expected && !continued.swap(false, Relaxed) && !ports.gate.over() {
             watch.judge(&mut ports.stats, period);
         }
-        ports.open_missing(opening);
+        ports.open_missing(opening)?;
         // The next period is the first one that has not gone by completely: it begins late, those before never.
         due_ns += period_ns * period.missed().max(1);
     }
@@ -279,11 +287,11 @@ fn step(
     time: Time,
     stopwatch: &Stopwatch,
     adjust: &mut dyn FnMut(&mut AgentOutputs),
-) {
+) -> Result<(), ShellError> {
     ports.listen(match time {
         Time::Ticks => Some(odometry.tick),
         Time::Stamps { .. } => None,
-    });
+    })?;
     ports.look();
     let mut outputs = agent.step(&AgentInputs { odometry, heard: &ports.heard, pieces: &ports.pieces, time });
     adjust(&mut outputs);
@@ -301,6 +309,7 @@ fn step(
     };
     ports.robot.command(command.with_drive(outputs.drive));
     ports.gate.note_heard(agent.spec().seat, ports.heard.len());
+    Ok(())
 }
 
 /// Counts how old the poses were that the planner used.
@@ -331,10 +340,10 @@ struct Ports {
 }
 
 impl Ports {
-    fn open(address: &Address, seat: Seat, sizes: Sizes, poses: Poses) -> Result<Ports, BusError> {
+    fn open(address: &Address, gate: Gate, seat: Seat, sizes: Sizes, poses: Poses) -> Result<Ports, BusError> {
         let node = Node::new(address, &format!("agent-{}-{}", seat.slot, seat.incarnation))?;
         Ok(Ports {
-            gate: Gate::open(address)?,
+            gate,
             world: WorldReader::open(&node, seat.slot)?,
             robot: RobotWriter::create(&node, seat, sizes, poses)?,
             stats: StatsWriter::create(
@@ -354,13 +363,13 @@ impl Ports {
 
     /// Reads the poses of the robots in range, each from its own board: the newest before a tick, for which boards are
     /// opened at once, or the newest of those that are open.
-    fn listen(&mut self, before: Option<u64>) {
+    fn listen(&mut self, before: Option<u64>) -> Result<(), ShellError> {
         self.follow_list();
         self.heard.clear();
         for place in 0..self.in_range.len() {
             let who = self.in_range[place];
             let known = match self.board_of(who) {
-                None if before.is_some() => self.open_board(who),
+                None if before.is_some() => self.open_board(who)?,
                 known => known,
             };
             let Some(index) = known else { continue };
@@ -371,6 +380,7 @@ impl Ports {
             };
             self.heard.push((who, poses));
         }
+        Ok(())
     }
 
     /// Takes over who is in range, if the world has written it anew.
@@ -382,20 +392,21 @@ impl Ports {
     }
 
     /// Opens boards of robots in range that are not open yet, until this much time has gone by, but at least one.
-    fn open_missing(&mut self, time: Duration) {
+    fn open_missing(&mut self, time: Duration) -> Result<(), ShellError> {
         if self.heard.len() == self.in_range.len() {
-            return;
+            return Ok(());
         }
         let begun_ns = clock::now_ns();
         for place in 0..self.in_range.len() {
             let who = self.in_range[place];
             if self.board_of(who).is_none()
-                && self.open_board(who).is_some()
+                && self.open_board(who)?.is_some()
                 && u128::from(clock::now_ns() - begun_ns) >= time.as_nanos()
             {
-                return;
+                break;
             }
         }
+        Ok(())
     }
 
     /// Where among the open boards that of this robot is.
@@ -405,16 +416,34 @@ impl Ports {
     }
 
     /// Opens the board of a robot, in place of that of an earlier life. One that died between the list and this look has
-    /// no board any more: it is not heard. Too many boards of robots that are not in range are closed.
-    fn open_board(&mut self, who: NeighborRef) -> Option<usize> {
-        let in_range = &self.in_range;
-        let crowded = self.boards.len() >= in_range.len() + SPARE_BOARDS;
-        self.boards.retain(|(open, _)| open.slot != who.slot && (!crowded || in_range.contains(open)));
+    /// no board any more: it is not heard. Boards of robots that are not in range are closed when there are too many of
+    /// them, or what they take is needed.
+    fn open_board(&mut self, who: NeighborRef) -> Result<Option<usize>, ShellError> {
+        self.boards.retain(|(open, _)| open.slot != who.slot);
+        if self.boards.len() >= self.in_range.len() + SPARE_BOARDS {
+            self.close_spare();
+        }
         let seat = Seat { slot: who.slot, incarnation: who.incarnation };
-        let reader = RobotReader::open(&self.node, seat).ok()?;
-        let index = self.boards.partition_point(|(open, _)| open.slot < who.slot);
-        self.boards.insert(index, (who, reader));
-        Some(index)
+        let reader = match RobotReader::open(&self.node, seat) {
+            Err(error) if !error.is_missing() && self.close_spare() => RobotReader::open(&self.node, seat),
+            result => result,
+        };
+        match reader {
+            Ok(reader) => {
+                let index = self.boards.partition_point(|(open, _)| open.slot < who.slot);
+                self.boards.insert(index, (who, reader));
+                Ok(Some(index))
+            }
+            Err(error) if error.is_missing() => Ok(None),
+            Err(error) => Err(ShellError::Deaf(who.slot, error)),
+        }
+    }
+
+    /// Closes the boards of robots that are not in range; whether there were any.
+    fn close_spare(&mut self) -> bool {
+        let (in_range, before) = (&self.in_range, self.boards.len());
+        self.boards.retain(|(open, _)| in_range.contains(open));
+        self.boards.len() < before
     }
 
     /// Reads where the pieces in sight are.

@@ -6,6 +6,7 @@
 #![expect(clippy::disallowed_methods, reason = "these tests start processes, wait for them and look at files")]
 #![expect(clippy::print_stderr, reason = "a failed test shows what the processes said")]
 
+mod agents;
 mod endings;
 mod environment;
 mod faults;

@@ -102,7 +102,7 @@ impl Fleet {
 
     fn reap(&mut self) {
         while let Some(seat) = self.dying.pop_front() {
-            self.coordinator.exited(seat, KILLED, None, false);
+            self.coordinator.exited(seat, KILLED, None, None);
             self.act();
         }
     }

@@ -289,9 +289,24 @@ impl Shell {
         self.send_notices();
     }
 
-    /// Opens the board of a robot. No board means no command: the robot stands still, and the next tick tries again.
+    /// Opens the board of a robot. One that has died has none any more: it stands still until its death is reported. Where
+    /// the board is there and cannot be opened, the robot cannot take part.
     fn open_robot(&mut self, seat: Seat) {
-        self.robots[seat.slot as usize] = RobotReader::open(&self.node, seat).ok().map(|reader| (seat, reader));
+        let slot = seat.slot as usize;
+        self.robots[slot] = None;
+        let mut reader = RobotReader::open(&self.node, seat);
+        if reader.as_ref().is_err_and(|error| !error.is_missing()) {
+            // What robots hold that do not take part any more may be enough.
+            let mut wanted = self.world.due().to_vec();
+            wanted.extend_from_slice(self.world.participants());
+            self.robots.iter_mut().for_each(|open| drop(open.take_if(|(who, _)| !wanted.contains(who))));
+            reader = RobotReader::open(&self.node, seat);
+        }
+        match reader {
+            Ok(reader) => self.robots[slot] = Some((seat, reader)),
+            Err(error) if error.is_missing() => {}
+            Err(error) => self.give_up(seat, Absence::Deaf { why: format!("its commands cannot be read: {error}") }),
+        }
     }
 
     /// Before the first period of `realtime`: everybody opens the boards of those whom it will hear in the second, which

@@ -324,9 +324,9 @@ fn no_wake_up_is_lost_in_a_crowd() {
 fn the_process_of_a_seat_is_that_of_its_present_life() {
     let fleet = Fleet::new(2);
     let (old, new) = (seat(1), Seat { slot: 1, incarnation: 1 });
-    assert_eq!((fleet.gate.process(old), fleet.gate.is_deaf(old)), (None, false));
+    assert_eq!((fleet.gate.process(old), fleet.gate.deaf_to(old)), (None, None));
     fleet.gate.announce_process(new);
-    fleet.gate.announce_deaf(new);
-    let of = |seat| (fleet.gate.process(seat), fleet.gate.is_deaf(seat));
-    assert_eq!([of(new), of(old), of(seat(0))], [(Some(std::process::id()), true), (None, false), (None, false)]);
+    fleet.gate.announce_deaf(new, 0);
+    let of = |seat| (fleet.gate.process(seat), fleet.gate.deaf_to(seat));
+    assert_eq!([of(new), of(old), of(seat(0))], [(Some(std::process::id()), Some(0)), (None, None), (None, None)]);
 }

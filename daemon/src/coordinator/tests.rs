@@ -47,18 +47,18 @@ fn died(who: Seat) -> Action {
 #[test]
 fn a_death_is_a_fact_for_the_world() {
     let mut coordinator = running(&[]);
-    coordinator.exited(seat(1, 0), killed(), None, false);
+    coordinator.exited(seat(1, 0), killed(), None, None);
     assert_eq!(coordinator.take_actions(), [died(seat(1, 0))]);
     assert_eq!(coordinator.members()[1].state, State::Dead);
 }
 
 #[test]
 fn the_world_learns_why_a_robot_is_not_there() {
-    let check = |state: State, code: i32, words: Option<&str>, deaf: bool, expected: Absence| {
+    let check = |state: State, code: i32, words: Option<&str>, deaf_to: Option<u32>, expected: Absence| {
         let mut coordinator = running(&[]);
         coordinator.with_current(seat(0, 0), |member| member.state = state);
         let ending = Ending { signal: None, code: Some(code) };
-        coordinator.exited(seat(0, 0), ending, words.map(str::to_owned), deaf);
+        coordinator.exited(seat(0, 0), ending, words.map(str::to_owned), deaf_to);
         assert_eq!(
             coordinator.take_actions(),
             [Action::Order(Order::Absent { seat: seat(0, 0), cause: expected })],
@@ -67,12 +67,19 @@ fn the_world_learns_why_a_robot_is_not_there() {
     };
     let why = |text: &str| text.to_owned();
     let not_started = |text: &str| Absence::NotStarted { why: why(text) };
-    check(State::Starting, 3, Some("no room"), false, not_started("its process ended with code 3: no room"));
-    check(State::Starting, 0, None, false, not_started("its process ended with code 0"));
-    check(State::Running, 3, Some("oh"), false, Absence::Died { signal: None, code: Some(3), words: why("oh") });
+    check(State::Starting, 3, Some("no room"), None, not_started("its process ended with code 3: no room"));
+    check(
+        State::Starting,
+        0,
+        None,
+        None,
+        not_started("its process ended with code 0 before it was ready (a wrapper has to stay until the agent ends)"),
+    );
+    check(State::Running, 3, Some("oh"), None, Absence::Died { signal: None, code: Some(3), words: why("oh") });
     // Whether the daemon has heard that it entered does not matter.
     for state in [State::Starting, State::Running] {
-        check(state, 3, Some("no files"), true, Absence::Deaf { why: why("no files") });
+        let expected = Absence::Deaf { why: format!("cannot hear {}: no files", running(&[]).name(1)) };
+        check(state, 3, Some("no files"), Some(1), expected);
     }
 
     let mut coordinator = running(&[]);
@@ -88,10 +95,10 @@ fn the_next_life_starts_when_the_old_process_is_reaped() {
     coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
     let actions = coordinator.take_actions();
     assert!(actions.iter().all(|action| *action == Action::Signal(seat(0, 0), Signal::Kill)), "{actions:?}");
-    coordinator.exited(seat(0, 0), killed(), None, false);
+    coordinator.exited(seat(0, 0), killed(), None, None);
     assert_eq!(coordinator.take_actions(), [died(seat(0, 0)), Action::Spawn(seat(0, 1))]);
     coordinator.spawned(seat(0, 1), 200, Duration::ZERO);
-    coordinator.exited(seat(0, 0), killed(), None, false);
+    coordinator.exited(seat(0, 0), killed(), None, None);
     assert_eq!(coordinator.take_actions(), [], "nobody minds an older life");
 }
 
@@ -114,7 +121,7 @@ fn a_stop_is_a_matter_of_policy_unless_the_timeline_asked_for_it() {
 #[test]
 fn whoever_is_not_ready_in_time_is_given_up() {
     let mut coordinator = running(&["fleet.start_limit_s=2"]);
-    coordinator.exited(seat(0, 0), killed(), None, false);
+    coordinator.exited(seat(0, 0), killed(), None, None);
     coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
     coordinator.take_actions();
     pass(&mut coordinator, 10..=10, &|_| false);
@@ -137,7 +144,7 @@ fn whoever_is_not_ready_in_time_is_given_up() {
 #[test]
 fn waiting_for_a_processor_is_not_the_time_of_the_one_that_waits() {
     let mut coordinator = running(&["fleet.start_limit_s=2"]);
-    coordinator.exited(seat(0, 0), killed(), None, false);
+    coordinator.exited(seat(0, 0), killed(), None, None);
     coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
     coordinator.spawned(seat(0, 1), 200, Duration::ZERO);
     coordinator.take_actions();

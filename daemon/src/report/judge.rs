@@ -69,17 +69,26 @@ pub fn starved_because(
 
 /// Why the result is not that of the scenario: robots that lacked something that they needed. Empty if none did.
 pub fn impaired_because(events: &[EventReport]) -> Vec<String> {
-    let impairments: Vec<&EventReport> = events.iter().filter(|event| Event::impairs(&event.kind)).collect();
-    let mut reasons: Vec<String> = (impairments.iter().take(IMPAIRMENTS_NAMED_MAX))
-        .map(|event| {
-            let robot = event.robot.as_deref().unwrap_or("?");
-            let cause = if event.detail.is_empty() { String::new() } else { format!(": {}", event.detail) };
-            format!("{robot} was {} at {:.2} s{cause}", event.kind, event.t_s)
+    // Robots with one cause are one reason.
+    let mut causes: Vec<(&EventReport, Vec<&str>)> = Vec::new();
+    for event in events.iter().filter(|event| Event::impairs(&event.kind)) {
+        let robot = event.robot.as_deref().unwrap_or("?");
+        let same = |first: &EventReport| (&first.kind, &first.detail) == (&event.kind, &event.detail);
+        match causes.iter_mut().find(|(first, _)| same(first)) {
+            Some((_, robots)) => robots.push(robot),
+            None => causes.push((event, vec![robot])),
+        }
+    }
+    let more = causes.split_off(causes.len().min(IMPAIRMENTS_NAMED_MAX)).len();
+    let mut reasons: Vec<String> = (causes.into_iter())
+        .map(|(first, robots)| {
+            let were = if robots.len() == 1 { "was" } else { "were" };
+            let cause = if first.detail.is_empty() { String::new() } else { format!(": {}", first.detail) };
+            format!("{} {were} {} at {:.2} s{cause}", some_of(robots), first.kind, first.t_s)
         })
         .collect();
-    let more = impairments.len() - reasons.len();
     if more > 0 {
-        reasons.push(format!("and {more} more time{} (see the events)", plural(more as u64)));
+        reasons.push(format!("and {more} more cause{} (see the events)", plural(more as u64)));
     }
     reasons
 }

@@ -555,7 +555,11 @@ fn a_robot_that_lacked_something_spoils_the_verdict_whatever_the_timing_was() {
     assert_eq!((report.verdict, impaired_because(&report.events)), (Verdict::Valid, Vec::new()));
 
     let mut facts = realtime(20);
-    facts.outcome.events.extend((0..20).map(|slot| event(0, "not-started", slot, "")));
+    facts.outcome.events.extend((0..20).map(|slot| event(0, "not-started", slot, "no room")));
+    let all = "r00, r01, r02, r03, r04, r05, r06, r07 and 12 more were not-started at 0.00 s: no room";
+    assert_eq!(assemble(facts).impaired_because, [all]);
+    let mut facts = realtime(20);
+    facts.outcome.events.extend((0..20).map(|slot| event(0, "deaf", slot, &format!("cannot hear {slot}"))));
     let reasons = assemble(facts).impaired_because;
-    assert_eq!((reasons.len(), reasons[8].as_str()), (9, "and 12 more times (see the events)"));
+    assert_eq!((reasons.len(), reasons[8].as_str()), (9, "and 12 more causes (see the events)"));
 }

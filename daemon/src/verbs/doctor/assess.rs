@@ -3,7 +3,7 @@
 use super::{Check, Machine, State};
 use crate::report::text::bytes_text;
 use crate::{limits, scheduling};
-use bus::Sizes;
+use bus::{Sizes, descriptors};
 
 /// Fleets that a machine is measured by: the demo, a large one, a very large one.
 const FLEETS: [u32; 3] = [15, 64, 200];
@@ -16,14 +16,7 @@ const PIDFD_HINT: &str = "fleets run; processes of a fleet whose daemon and guar
 pub fn assess(machine: &Machine) -> Vec<Check> {
     let mut checks = vec![
         shared_memory(machine),
-        fits(
-            "open files",
-            "a process",
-            machine.open_files_max,
-            open_files,
-            &plain,
-            "raise the hard limit: `ulimit -Hn`",
-        ),
+        open_files_of_a_process(machine),
         fits(
             "open files of the machine",
             "a fleet",
@@ -70,9 +63,18 @@ pub fn assess(machine: &Machine) -> Vec<Check> {
     checks
 }
 
-/// Open files of the busiest process, the world: five per board of a robot, and room for robots that are restarted.
+/// Open files of the busiest process of a fleet in which all robots hear each other.
 fn open_files(robots: u32) -> u64 {
-    64 + 6 * u64::from(robots)
+    descriptors::of_world(robots as usize).max(descriptors::of_daemon())
+}
+
+fn open_files_of_a_process(machine: &Machine) -> Check {
+    let hint = "raise the hard limit (`ulimit -Hn`), or let robots hear fewer others (radio_range_m)";
+    let mut check = fits("open files", "a process", machine.open_files_max, open_files, &plain, hint);
+    if let Some(limit) = machine.open_files_max {
+        check.detail += &format!("; enough for {} robots", descriptors::robots_max(limit));
+    }
+    check
 }
 
 fn plain(n: u64) -> String {

@@ -1,0 +1,59 @@
+//! Before anything starts: are open files enough for the fleet?
+//!
+//! What is certain is refused: the world opens the board of every robot, an agent those of the robots that it hears at
+//! the start. What may come later, when robots meet that are apart now, is found then, and said (event `deaf`).
+
+use crate::exit::Failure;
+use bus::descriptors::{PER_BOARD, of_agent, of_daemon, of_world, open_now, raise_limit};
+use scenarios::Scenario;
+use world_sim::World;
+
+/// Raises the limit as far as it goes, and refuses a fleet that is too large for it.
+///
+/// # Errors
+/// Exit code 3, naming the need, the limit and the ways out.
+pub fn check(scenario: &Scenario) -> Result<(), Failure> {
+    let limit = raise_limit();
+    let robots = scenario.robots.len();
+    let inherited = open_now().unwrap_or(3);
+    let mut needs = vec![
+        ("the daemon".to_owned(), of_daemon() + inherited),
+        (format!("the world, with {robots} robots,"), of_world(robots)),
+    ];
+    if of_agent(robots.saturating_sub(1)) > limit {
+        let heard = World::new(scenario).foreseen().into_iter().map(|(slot, neighbors)| (neighbors.len(), slot));
+        if let Some((heard, slot)) = heard.max() {
+            needs.push((format!("robot `{}`, which hears {heard} others,", scenario.robots[slot].id), of_agent(heard)));
+        }
+    }
+    refuse(&needs, limit)
+}
+
+fn refuse(needs: &[(String, u64)], limit: u64) -> Result<(), Failure> {
+    let Some((who, need)) = needs.iter().max_by_key(|(_, need)| *need).filter(|(_, need)| *need > limit) else {
+        return Ok(());
+    };
+    Err(Failure::environment(format!("open files: {who} needs {need}, the hard limit for a process is {limit}")).hint(
+        format!(
+            "`ulimit -n {need}` (`LimitNOFILE=` of systemd, `--ulimit nofile=` of a container); fewer robots or a smaller \
+             radio_range_m need {PER_BOARD} less per robot; `--mode single` needs none"
+        ),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exit;
+
+    #[test]
+    fn who_needs_most_is_named() {
+        let needs = [("the daemon".to_owned(), 43), ("robot `a`, which hears 9 others,".to_owned(), 70)];
+        assert_eq!(refuse(&needs, 70), Ok(()));
+        let failure = refuse(&needs, 69).unwrap_err();
+        assert_eq!(failure.code, exit::ENVIRONMENT);
+        let text = failure.to_string();
+        assert!(text.starts_with("error: open files: robot `a`, which hears 9 others, needs 70, the hard"), "{text}");
+        assert!(text.contains("is 69\nhint: `ulimit -n 70`"), "{text}");
+    }
+}
