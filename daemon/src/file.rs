@@ -291,9 +291,6 @@ mod tests {
         let file = Files::new().write("report", "--report", &path).unwrap();
         fs::remove_dir(folder.path().join("sub")).unwrap();
         let failure = file.write(b"{}").unwrap_err();
-        assert!(
-            failure.code == exit::ENVIRONMENT && failure.to_string().contains("there is no directory"),
-            "{failure}"
-        );
+        assert!(failure.code == exit::ENVIRONMENT && failure.to_string().contains("does not exist"), "{failure}");
     }
 }

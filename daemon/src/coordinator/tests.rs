@@ -210,7 +210,7 @@ fn operators_are_served_or_told_why_not() {
     let mut coordinator = running(&["fleet.max_robots=3"]);
     assert!(refusal(coordinator.request(&add("east", [0.0, -2.0]), NOBODY_NEAR)).contains("taken"));
     let near: &dyn Fn([f64; 2], f64) -> Option<u32> = &|_, _| Some(1);
-    assert!(refusal(coordinator.request(&add("north", [0.0, -2.0]), near)).contains("is there"));
+    assert!(refusal(coordinator.request(&add("north", [0.0, -2.0]), near)).contains("is in the way"));
     assert_eq!(coordinator.take_actions(), []);
     let added = coordinator.request(&add("north", [0.0, -2.0]), NOBODY_NEAR);
     assert_eq!(added, Answer::Later(Ticket::Admit(2)));
@@ -218,7 +218,7 @@ fn operators_are_served_or_told_why_not() {
     assert!(refusal(coordinator.request(&add("south", [0.0, -2.0]), NOBODY_NEAR)).contains("full"));
 
     assert_eq!(coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR), Answer::Later(Ticket::Task(0)));
-    assert!(refusal(coordinator.request(&task("nobody", [0.0, 1.0]), NOBODY_NEAR)).contains("no robot"));
+    assert!(refusal(coordinator.request(&task("nobody", [0.0, 1.0]), NOBODY_NEAR)).contains("unknown robot"));
     assert!(refusal(coordinator.request(&task("north", [1e9, 1.0]), NOBODY_NEAR)).contains("outside"));
 }
 

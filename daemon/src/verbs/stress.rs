@@ -249,7 +249,7 @@ mod tests {
             assert!(text.contains(words) && text.contains("hint: "), "{text}");
         };
         check(0, 50.0, 1.0, "`--robots 0`");
-        check(MAX_ROBOTS + 1, 50.0, 1.0, "1 to 1024 robots");
+        check(MAX_ROBOTS + 1, 50.0, 1.0, "must be 1 to 1024");
         check(3, 0.5, 1.0, "`--hz 0.5`");
         check(3, 20_000.0, 1.0, "`--hz 20000`");
         check(3, 50.0, 0.019, "`--duration 0.019s`");
