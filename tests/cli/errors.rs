@@ -217,7 +217,7 @@ const BAD_LINES: &[(&str, &[&str])] = &[
     ("run head-on --filter half-gap", &["--filter half-gap", "not built", "--filter none"]),
     ("run head-on --filter full", &["full", "--filter", "none"]),
     ("run head-on --mode warp", &["warp", "--mode", "lockstep"]),
-    ("run head-on --duration 0", &["--duration", "more than zero"]),
+    ("run head-on --duration 0", &["--duration", "above zero"]),
     ("run head-on --duration 5parsecs", &["--duration", "parsecs", "60s"]),
     ("run head-on --seed -1", &["-1", "--seed"]),
     ("run ring-15 --robots -1", &["-1", "--robots"]),
