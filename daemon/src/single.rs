@@ -72,6 +72,9 @@ pub fn run_shown(
             cell.board.push(outputs.pose);
             answers.push((seat, outputs));
         }
+        for (seat, outputs) in &answers {
+            world.planned(*seat, outputs.plan);
+        }
         world.close(&mut |seat| {
             let index = answers.binary_search_by_key(&seat.slot, |(who, _)| who.slot).ok()?;
             Some(answers[index].1.drive)

@@ -4,6 +4,7 @@ use crate::arm::ArmState;
 use crate::drive::{Drive, Kind, Limits};
 use crate::geometry::Capsule;
 use nalgebra::{Point2, Vector2};
+use serde::{Deserialize, Serialize};
 
 /// Everything a method may look at in one tick. All of it is in the world frame.
 #[derive(Clone, Copy, Debug)]
@@ -107,7 +108,8 @@ pub struct Plan {
 }
 
 /// Whether a method has a plan, for the report.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum PlanState {
     /// It knows what to do.
     #[default]
@@ -116,6 +118,17 @@ pub enum PlanState {
     Planning,
     /// It found none, and will not look again until something changes.
     GaveUp,
+}
+
+impl PlanState {
+    /// Its word in events and reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            PlanState::Ready => "ready",
+            PlanState::Planning => "planning",
+            PlanState::GaveUp => "gave-up",
+        }
+    }
 }
 
 impl Plan {

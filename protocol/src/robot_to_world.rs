@@ -1,12 +1,12 @@
 //! What a robot asks of its body.
 
 use iceoryx2::prelude::ZeroCopySend;
-use planners::Drive;
+use planners::{Drive, PlanState};
 
 /// The command of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.Command.v1")]
+#[type_name("shoal.Command.v2")]
 pub struct Command {
     /// The tick of the odometry that it was computed from.
     pub tick: u64,
@@ -22,6 +22,10 @@ pub struct Command {
     pub first: f64,
     /// Velocity along y, m/s; or turn rate, rad/s; or rate of the joint at the elbow, rad/s.
     pub second: f64,
+    /// Whether its method has a plan, see the `PLAN_*` constants.
+    pub plan: u32,
+    /// Nothing.
+    pub reserved: u32,
 }
 
 impl Command {
@@ -33,6 +37,32 @@ impl Command {
     pub const FORM_TWIST: u32 = 2;
     /// The rates of two joints.
     pub const FORM_JOINTS: u32 = 3;
+
+    /// The method has a plan.
+    pub const PLAN_READY: u32 = 0;
+    /// The method is looking for one.
+    pub const PLAN_PLANNING: u32 = 1;
+    /// The method has given up.
+    pub const PLAN_GAVE_UP: u32 = 2;
+
+    /// Fills in whether there is a plan.
+    pub fn with_plan(self, state: PlanState) -> Command {
+        let plan = match state {
+            PlanState::Ready => Command::PLAN_READY,
+            PlanState::Planning => Command::PLAN_PLANNING,
+            PlanState::GaveUp => Command::PLAN_GAVE_UP,
+        };
+        Command { plan, ..self }
+    }
+
+    /// Whether there is a plan; a number without a meaning counts as one.
+    pub fn plan_state(&self) -> PlanState {
+        match self.plan {
+            Command::PLAN_PLANNING => PlanState::Planning,
+            Command::PLAN_GAVE_UP => PlanState::GaveUp,
+            _ => PlanState::Ready,
+        }
+    }
 
     /// Fills in the drive.
     pub fn with_drive(mut self, drive: Drive) -> Command {

@@ -3,7 +3,7 @@
 use crate::radio::Receiver;
 use nalgebra::{Point2, Vector2};
 use planners::registry::Identity;
-use planners::{ArmState, Chassis, Drive, Neighbor, Obstacle, ParamError, PlanInput, Planner};
+use planners::{ArmState, Chassis, Drive, Neighbor, Obstacle, ParamError, PlanInput, PlanState, Planner};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -29,6 +29,8 @@ pub struct AgentOutputs {
     pub pose: SharedPose,
     /// What it asks of its body, within its limits.
     pub drive: Drive,
+    /// Whether its method has a plan.
+    pub plan: PlanState,
 }
 
 /// Why an agent cannot be built from its spec.
@@ -165,7 +167,7 @@ impl Agent {
             flags,
             reserved: 0,
         };
-        AgentOutputs { pose, drive }
+        AgentOutputs { pose, drive, plan: plan.state }
     }
 }
 

@@ -307,7 +307,7 @@ fn step(
         incarnation: odometry.incarnation,
         ..Command::default()
     };
-    ports.robot.command(command.with_drive(outputs.drive));
+    ports.robot.command(command.with_drive(outputs.drive).with_plan(outputs.plan));
     ports.gate.note_heard(agent.spec().seat, ports.heard.len());
     Ok(())
 }

@@ -377,6 +377,9 @@ impl Shell {
                 self.stats.record_of(seat.slot, metric, age_ns, now_ns);
             }
         }
+        if let Some(command) = &command {
+            self.world.planned(seat, command.plan_state());
+        }
         self.commands[seat.slot as usize] = command.and_then(|command| command.drive());
     }
 

@@ -15,7 +15,7 @@ use crate::ranges::Ranges;
 use crate::referee::{Referee, Source};
 use crate::shapes::Shapes;
 use nalgebra::Point2;
-use planners::Drive;
+use planners::{Drive, PlanState};
 use protocol::Seat;
 use protocol::daemon_to_world::{Absence, Order, Ticket};
 use protocol::world_to_daemon::Notice;
@@ -55,6 +55,8 @@ pub struct World {
     shown: Vec<u32>,
     /// Robots whose bad command has been logged.
     scolded: Vec<bool>,
+    /// Whether each robot's method has a plan.
+    plans: Vec<PlanState>,
 
     shapes: Shapes,
     grid: Grid,
@@ -108,6 +110,7 @@ impl World {
             arms: Vec::new(),
             shown: Vec::new(),
             scolded: Vec::new(),
+            plans: Vec::new(),
             shapes: Shapes::new(&scenario.obstacles, clock.seed),
             grid: Grid::default(),
             ranges: Ranges::default(),
@@ -138,6 +141,7 @@ impl World {
             self.bodies.push(Body::new(vacant, robot));
             self.shown.push(0);
             self.scolded.push(false);
+            self.plans.push(PlanState::Ready);
         }
         let mut referee = Referee::new(slot, robot, self.clock.seed, self.clock.dt_s());
         referee.move_goal(self.time_s());
@@ -410,6 +414,14 @@ impl World {
                     self.pieces_changed.push(index);
                 }
             }
+        }
+    }
+
+    /// A robot says whether its method has a plan: to be called before the tick closes. That it gave up is an event.
+    pub fn planned(&mut self, seat: Seat, state: PlanState) {
+        let Some(known) = self.plans.get_mut(seat.slot as usize) else { return };
+        if std::mem::replace(known, state) != state && state == PlanState::GaveUp {
+            self.journal.note_quietly(self.tick, "gave-up", seat.slot, || "its method found no way".to_owned());
         }
     }
 
