@@ -295,7 +295,7 @@ pub struct Report {
 /// How the fleet did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OutcomeReport {
-    /// Robots that reached their last goal.
+    /// Robots that were at their last goal at the end.
     pub arrived: usize,
     /// All of them did; a robot that left on request owes nothing.
     pub arrived_all: bool,
@@ -321,8 +321,14 @@ pub struct OutcomeReport {
     pub min_clearance_m: Option<f64>,
     /// Smallest swept clearance between a robot and an obstacle, m.
     pub min_obstacle_clearance_m: Option<f64>,
-    /// Robots that had not arrived and hardly moved at the end.
+    /// Robots that had not arrived, made no progress and hardly moved at the end.
     pub deadlocked: usize,
+    /// Robots that had not arrived and drove without making progress.
+    #[serde(default)]
+    pub livelocked: usize,
+    /// The same of those that reversed all the time.
+    #[serde(default)]
+    pub oscillating: usize,
     /// Log dimensionless jerk, 0 is best, mean over the robots that moved.
     pub ldj_mean: Option<f64>,
     /// Share of robot-ticks in which the safety filter changed the command; null without a filter.
@@ -346,9 +352,9 @@ pub struct RobotReport {
     pub incarnation: u32,
     /// Its last process; null in `single`.
     pub pid: Option<u32>,
-    /// It reached its last goal.
+    /// It was within the tolerance of its last goal at the end (or had caught a goal that moves).
     pub arrived: bool,
-    /// When it did, since it joined, s.
+    /// When it came there for good, since it joined, s.
     pub time_s: Option<f64>,
     /// Its path until then, or in all, m.
     pub path_length_m: f64,
@@ -360,8 +366,15 @@ pub struct RobotReport {
     pub tasks_done: u32,
     /// Goals reached in all.
     pub goals_done: u32,
-    /// It had not arrived and hardly moved at the end.
+    /// It had not arrived, made no progress and hardly moved at the end.
     pub deadlocked: bool,
+    /// What became of it, in a word: `arrived`, `under-way` (not arrived, making progress or not taking part at the end),
+    /// `deadlocked`, `livelocked` (drives without progress), `oscillating` (the same, reversing all the time), or `gone`.
+    #[serde(default)]
+    pub state: String,
+    /// From where it was last to its present or last goal, m; null if it never was in the world.
+    #[serde(default)]
+    pub final_distance_m: Option<f64>,
     /// Log dimensionless jerk, 0 is best.
     pub ldj: Option<f64>,
     /// Why it was not there at the end: `left`, `dropped`, `dead`, or `never-joined`.
@@ -460,6 +473,12 @@ pub struct EventReport {
     pub robot: Option<String>,
     /// More about it, for people.
     pub detail: String,
+    /// Of a contact: where the surfaces met first, m; null for everything else.
+    #[serde(default)]
+    pub at_m: Option<[f64; 2]>,
+    /// Of a contact: when they did, between the ticks, s.
+    #[serde(default)]
+    pub touch_s: Option<f64>,
 }
 
 #[cfg(test)]

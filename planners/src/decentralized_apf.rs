@@ -143,7 +143,7 @@ impl Planner for DecentralizedApf {
         // (5), (7) and (8). The sum over robots skips the own one because nobody hears itself.
         let mut repulsive = Vector2::zeros();
         for obstacle in nearest_by_id(input.obstacles, q) {
-            repulsive += self.obstacle_push(obstacle, input);
+            repulsive += self.obstacle_push(&obstacle, input);
         }
         for neighbor in input.neighbors {
             repulsive += self.neighbor_push(neighbor, input);

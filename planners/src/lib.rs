@@ -28,5 +28,5 @@ pub use chassis::Chassis;
 pub use drive::{Drive, Kind, Limits};
 pub use geometry::Capsule;
 pub use params::{ParamError, ParamField, ParamKind, ParamSpec, ParamValue, ParamValues};
-pub use planner::{Neighbor, Obstacle, Plan, PlanInput, PlanState, Planner, nearest_by_id};
+pub use planner::{Neighbor, Obstacle, Plan, PlanInput, PlanState, Planner, nearest_by_id, solid};
 pub use registry::{Identity, METHODS, Method, Symmetry, find};

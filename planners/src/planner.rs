@@ -59,14 +59,50 @@ pub struct Obstacle {
 }
 
 /// Of every obstacle the piece nearest to `position`: one obstacle, one push. Relies on the pieces of an obstacle
-/// standing together. A polygon is its edges here, so a robot that got inside one is pushed away from the nearest
-/// edge, further in.
-pub fn nearest_by_id(obstacles: &[Obstacle], position: Point2<f64>) -> impl Iterator<Item = &Obstacle> {
+/// standing together. The inside of a polygon is solid: for a position in it the answer is a disc that reaches to its
+/// nearest edge, so that the distance is negative and the way out leads over that edge.
+pub fn nearest_by_id(obstacles: &[Obstacle], position: Point2<f64>) -> impl Iterator<Item = Obstacle> + Clone {
     obstacles.chunk_by(|a, b| a.id == b.id).filter_map(move |pieces| match pieces {
         // Most obstacles are discs: no distance to compute.
-        [only] => Some(only),
-        _ => pieces.iter().min_by(|a, b| a.shape.distance(position).total_cmp(&b.shape.distance(position))),
+        [only] => Some(*only),
+        _ => {
+            let nearest = nearest(pieces, position)?;
+            Some(Obstacle { shape: solid(pieces, position).unwrap_or(nearest.shape), ..*nearest })
+        }
     })
+}
+
+fn nearest(pieces: &[Obstacle], position: Point2<f64>) -> Option<&Obstacle> {
+    pieces.iter().min_by(|a, b| a.shape.distance(position).total_cmp(&b.shape.distance(position)))
+}
+
+/// If these pieces are the edges of a polygon with `position` inside: a disc around a place behind the position that reaches
+/// to the nearest edge. None for a position on the edge.
+pub fn solid(pieces: &[Obstacle], position: Point2<f64>) -> Option<Capsule> {
+    /// The disc must not become a point.
+    const BEHIND_M_MIN: f64 = 1e-3;
+    if pieces.len() < 3 || !encloses(pieces, position) {
+        return None;
+    }
+    let out = nearest(pieces, position)?.shape.nearest_core(position) - position;
+    let (depth, direction) = (out.norm(), out.try_normalize(1e-12)?);
+    let behind = depth.max(BEHIND_M_MIN);
+    Some(Capsule::disc(position - direction * behind, behind + depth))
+}
+
+/// Whether the edges of a polygon run round a point (even-odd rule). Only some edges, as when not all are in sight, enclose
+/// nothing: every corner has to be the end of one edge and the beginning of another.
+fn encloses(edges: &[Obstacle], p: Point2<f64>) -> bool {
+    let crosses = |edge: &&Obstacle| {
+        let (a, b) = (edge.shape.a, edge.shape.b);
+        (a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x
+    };
+    let word = |corner: Point2<f64>| {
+        let mixed = corner.x.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ corner.y.to_bits().rotate_left(32);
+        mixed.wrapping_mul(0xff51_afd7_ed55_8ccd) ^ mixed >> 29
+    };
+    let balance = |sum: u64, edge: &Obstacle| sum.wrapping_add(word(edge.shape.a)).wrapping_sub(word(edge.shape.b));
+    edges.iter().filter(crosses).count() % 2 == 1 && edges.iter().fold(0, balance) == 0
 }
 
 /// Another robot, as its own latest message describes it.

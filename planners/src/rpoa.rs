@@ -46,7 +46,7 @@
 use crate::drive::{Drive, Kind, steer_to_goal};
 use crate::geometry::Capsule;
 use crate::params::{ParamError, ParamValues};
-use crate::planner::{Plan, PlanInput, Planner};
+use crate::planner::{Plan, PlanInput, Planner, solid};
 use crate::random::Stream;
 use crate::registry::{Identity, Method, Symmetry};
 use nalgebra::{Point2, Vector2};
@@ -210,7 +210,10 @@ impl Rpoa {
         // Beyond this, a piece is nowhere on the circle the nearest of its obstacle: both distances may change by C_t.
         let reach = 2.0 * step_radius;
         for pieces in input.obstacles.chunk_by(|a, b| a.id == b.id) {
-            self.sensed.add(pieces.iter().map(|piece| piece.shape), input, sensor_range, reach);
+            match solid(pieces, input.position) {
+                Some(inside) => self.sensed.add([inside].into_iter(), input, sensor_range, reach),
+                None => self.sensed.add(pieces.iter().map(|piece| piece.shape), input, sensor_range, reach),
+            }
         }
         for neighbor in input.neighbors {
             let position = neighbor.position + neighbor.velocity * neighbor.age_s.clamp(0.0, COURSE_S_MAX);

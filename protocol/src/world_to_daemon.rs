@@ -58,12 +58,23 @@ pub struct Event {
     /// At which tick.
     pub tick: u64,
     /// What: `joined`, `left`, `task`, `task-done`, `arrived`, `contact`, `killed`, `died`, `paused`, `resumed`,
-    /// `held`, `dropped`, `restarted`, `not-started`, `deaf`, `radio`, `gap` (time stood still), `ignored`, ...
+    /// `held`, `dropped`, `restarted`, `not-started`, `deaf`, `radio`, `gap` (time stood still), `ignored`, `off-goal`, ...
     pub kind: String,
     /// Slot of the robot it is about, if it is about one.
     pub slot: Option<u32>,
     /// More about it, for people.
     pub detail: String,
+    /// Of a contact, where and when it was.
+    pub touch: Option<Touch>,
+}
+
+/// The first touch of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Touch {
+    /// Simulated time, s: between the ticks.
+    pub t_s: f64,
+    /// The point where the surfaces met; of bodies that entered the world overlapping, the middle of the overlap, m.
+    pub at_m: [f64; 2],
 }
 
 impl Event {
@@ -115,9 +126,9 @@ pub struct RobotOutcome {
     pub slot: u32,
     /// Its last life.
     pub incarnation: u32,
-    /// It has entered the tolerance of its last goal.
+    /// It is within the tolerance of its last goal when the run ends (or has caught a goal that moves).
     pub arrived: bool,
-    /// When it did, since the start of the run (for a late joiner: since it joined), s.
+    /// When it came there for good, since the start of the run (for a late joiner: since it joined), s.
     pub time_s: Option<f64>,
     /// The tick at which it did.
     pub arrived_tick: Option<u64>,
@@ -135,10 +146,34 @@ pub struct RobotOutcome {
     pub goals_done: u32,
     /// How often it has gone through the goals that it had from the start.
     pub rounds_done: u32,
-    /// Not arrived, and hardly moving over the last 10 s.
-    pub deadlocked: bool,
+    /// From where it was last to its present or last goal, m; `None` if it never was in the world.
+    pub final_distance_m: Option<f64>,
+    /// It has not arrived and takes part, but gets nowhere.
+    pub stall: Option<Stall>,
     /// Smoothness (log dimensionless jerk), 0 is best; `None` for a robot that never moved.
     pub ldj: Option<f64>,
     /// It was taken out: dropped, dead for good, or left.
     pub gone: Option<String>,
+}
+
+/// How a robot gets nowhere. What counts as progress is said where it is judged, in the world's `progress`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Stall {
+    /// It stands.
+    Deadlocked,
+    /// It drives, but comes no nearer.
+    Livelocked,
+    /// It drives, but reverses all the time.
+    Oscillating,
+}
+
+impl Stall {
+    /// Its word in reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Stall::Deadlocked => "deadlocked",
+            Stall::Livelocked => "livelocked",
+            Stall::Oscillating => "oscillating",
+        }
+    }
 }

@@ -31,6 +31,8 @@ fn check(scenario: &scenarios::Scenario) -> (u64, u64) {
     for (slot, robot) in report.per_robot.iter().enumerate() {
         assert_eq!(robot.contacts, truth.contacts[slot], "{what}: contacts of `{}`", robot.id);
         same(&format!("path of `{}`", robot.id), Some(robot.path_length_m), Some(truth.paths_m[slot]));
+        let possible = robot.path_ratio.is_none_or(|ratio| ratio >= 1.0 - 1e-6);
+        assert!(possible, "{what}: `{}` drove {:?} x the shortest way", robot.id, robot.path_ratio);
     }
     (told.robot_contacts, told.obstacle_contacts)
 }

@@ -76,11 +76,11 @@ pub fn recompute(scenario: &Scenario, frames: &[Frame]) -> Truth {
             let referee = &mut referees[way.slot];
             if referee.joined.is_none() {
                 referee.joined = Some(tick);
-                referee.judge(way.from, tick, dt_s, truth.paths_m[way.slot]);
+                referee.judge([way.from; 2], tick, dt_s, truth.paths_m[way.slot]);
             }
             truth.paths_m[way.slot] += (way.to - way.from).norm();
             if !way.silent {
-                referee.judge(way.to, tick + 1, dt_s, truth.paths_m[way.slot]);
+                referee.judge([way.from, way.to], tick + 1, dt_s, truth.paths_m[way.slot]);
             }
             let (says, is) = (way.arrived, referee.arrival.is_some());
             assert_eq!(says, is, "tick {}: whether `{}` has arrived", tick + 1, scenario.robots[way.slot].id);
@@ -308,6 +308,8 @@ struct Referee<'a> {
     current: Goal,
     waiting: VecDeque<Goal>,
     joined: Option<u64>,
+    /// The present goal has been reached before.
+    done: bool,
     /// The tick, and the path driven until then, m.
     arrival: Option<(u64, f64)>,
 }
@@ -323,7 +325,7 @@ impl Referee<'_> {
         let mut waiting: VecDeque<Goal> = robot.goals.iter().map(|at| Goal { at: *at, moves: false }).collect();
         waiting.back_mut().expect("a robot has a goal").moves = robot.goal_motion.is_some();
         let current = waiting.pop_front().expect("a robot has a goal");
-        Referee { robot, current, waiting, joined: None, arrival: None }
+        Referee { robot, current, waiting, joined: None, done: false, arrival: None }
     }
 
     fn task(&mut self, at: Point2<f64>, now: bool) {
@@ -331,27 +333,47 @@ impl Referee<'_> {
         if now {
             self.waiting.clear();
         }
-        if now || self.arrival.is_some() {
+        if now || self.done {
             self.current = goal;
         } else {
             self.waiting.push_back(goal);
         }
-        self.arrival = None;
+        (self.arrival, self.done) = (None, false);
     }
 
-    fn judge(&mut self, here: Point2<f64>, tick: u64, dt_s: f64, path_m: f64) {
+    fn judge(&mut self, [from, to]: [Point2<f64>; 2], tick: u64, dt_s: f64, path_m: f64) {
+        let goal_of = |goal: Goal| match (&self.robot.goal_motion, goal.moves) {
+            (Some(motion), true) => on_the_way(motion, tick as f64 * dt_s),
+            _ => goal.at,
+        };
+        let tolerance_m = self.robot.goal_tolerance_m;
+        if (goal_of(self.current) - to).norm() > tolerance_m && !self.current.moves {
+            self.arrival = None;
+        }
+        let mut here = from;
         while self.arrival.is_none() {
-            let goal = match (&self.robot.goal_motion, self.current.moves) {
-                (Some(motion), true) => on_the_way(motion, tick as f64 * dt_s),
-                _ => self.current.at,
-            };
-            if (goal - here).norm() > self.robot.goal_tolerance_m {
+            let goal = goal_of(self.current);
+            if self.waiting.is_empty() {
+                if (goal - to).norm() <= tolerance_m {
+                    (self.arrival, self.done) = (Some((tick, path_m)), true);
+                }
                 return;
             }
-            match self.waiting.pop_front() {
-                Some(next) => self.current = next,
-                None => self.arrival = Some((tick, path_m)),
+            // On the rest of the way of this tick, from the nearest point to the goal back to where its tolerance begins.
+            let (rest, ahead) = (to - here, goal - here);
+            let nearest =
+                if rest.norm() > 0.0 { (ahead.dot(&rest) / rest.norm_squared()).clamp(0.0, 1.0) } else { 0.0 };
+            let distance = |t: f64| (goal - (here + rest * t)).norm();
+            if distance(nearest).min(distance(1.0)) > tolerance_m {
+                return;
             }
+            let (mut outside, mut inside) = (0.0, nearest);
+            while distance(0.0) > tolerance_m && inside - outside > 1e-15 {
+                let middle = 0.5 * (outside + inside);
+                *(if distance(middle) > tolerance_m { &mut outside } else { &mut inside }) = middle;
+            }
+            here += rest * if distance(0.0) > tolerance_m { inside } else { 0.0 };
+            self.current = self.waiting.pop_front().expect("there is one");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The log of a run, and what the daemon is told while it goes on.
 
-use protocol::world_to_daemon::{Event, Notice};
+use protocol::world_to_daemon::{Event, Notice, Touch};
 
 /// Entries that the log holds; what comes later is only counted.
 pub(crate) const EVENTS_MAX: usize = 10_000;
@@ -23,7 +23,7 @@ impl Journal {
 
     /// An entry of the log that the daemon hears of at once.
     pub(crate) fn note(&mut self, tick: u64, kind: &str, slot: impl Into<Option<u32>>, detail: String) {
-        let event = Event { tick, kind: kind.to_owned(), slot: slot.into(), detail };
+        let event = Event { tick, kind: kind.to_owned(), slot: slot.into(), detail, touch: None };
         self.tell(Notice::Log(event.clone()));
         self.keep(event);
     }
@@ -32,7 +32,17 @@ impl Journal {
     /// robots can make many contacts.
     pub(crate) fn note_quietly(&mut self, tick: u64, kind: &str, slot: u32, detail: impl FnOnce() -> String) {
         if self.events.len() < EVENTS_MAX {
-            self.keep(Event { tick, kind: kind.to_owned(), slot: Some(slot), detail: detail() });
+            self.keep(Event { tick, kind: kind.to_owned(), slot: Some(slot), detail: detail(), touch: None });
+        } else {
+            self.events_lost += 1;
+        }
+    }
+
+    /// A contact, with what it touched, where and when.
+    pub(crate) fn note_contact(&mut self, tick: u64, slot: u32, touch: impl FnOnce() -> (String, Touch)) {
+        if self.events.len() < EVENTS_MAX {
+            let (detail, touch) = touch();
+            self.keep(Event { tick, kind: "contact".to_owned(), slot: Some(slot), detail, touch: Some(touch) });
         } else {
             self.events_lost += 1;
         }

@@ -12,8 +12,9 @@
 //! shapes      obstacles where they are    grid        who is near whom
 //! ranges      who hears and sees what     contact     swept clearances
 //! referee     goals, arrival, path        smoothness  jerk
-//! shortest    the path one could take     journal     log and notices
-//! shell       the process                 recorder    everything into a file
+//! progress    who gets nowhere            shortest    the path one could take
+//! shell       the process                 journal     log and notices
+//! recorder    everything into a file      touch       where bodies touched first
 //! outcome_file  what the process leaves
 //! whole_file  a file, whole or not at all
 //! ```
@@ -28,6 +29,7 @@ mod links;
 mod motion;
 pub mod outcome_file;
 mod presence;
+mod progress;
 mod ranges;
 pub mod recorder;
 mod referee;
@@ -35,6 +37,7 @@ mod shapes;
 pub mod shell;
 mod shortest;
 mod smoothness;
+mod touch;
 pub mod whole_file;
 mod world;
 

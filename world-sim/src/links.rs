@@ -31,7 +31,7 @@ pub(crate) enum Moving<'a> {
 }
 
 impl Moving<'_> {
-    fn at(&self, instant: f64) -> Capsule {
+    pub(crate) fn at(&self, instant: f64) -> Capsule {
         match *self {
             Moving::Straight { to, .. } if instant == 1.0 => to,
             Moving::Straight { from, to } => from.moved((to.a - from.a) * instant),
@@ -40,7 +40,7 @@ impl Moving<'_> {
     }
 
     /// No point of it goes further, m.
-    fn travel_m(&self) -> f64 {
+    pub(crate) fn travel_m(&self) -> f64 {
         match *self {
             Moving::Straight { from, to } => (to.a - from.a).norm(),
             Moving::Link { arm, link } => arm.travel_m(link),
@@ -70,7 +70,8 @@ impl<'a> Parts<'a> {
         }
     }
 
-    fn as_slice(&self) -> &[Moving<'a>] {
+    /// Its parts.
+    pub(crate) fn as_slice(&self) -> &[Moving<'a>] {
         &self.0[..self.1]
     }
 

@@ -110,7 +110,13 @@ mod tests {
     use protocol::world_to_daemon::{Event, Outcome};
 
     fn end(events: usize) -> WorldEnd {
-        let event = |tick: usize| Event { tick: tick as u64, kind: "task".into(), slot: None, detail: "x".repeat(40) };
+        let event = |tick: usize| Event {
+            tick: tick as u64,
+            kind: "task".into(),
+            slot: None,
+            detail: "x".repeat(40),
+            touch: None,
+        };
         let outcome = Outcome { ticks: 7, events: (0..events).map(event).collect(), ..Outcome::default() };
         WorldEnd { outcome, record_failed: None, finished: true }
     }

@@ -2,9 +2,11 @@
 
 use crate::journal::Journal;
 use crate::motion::Mover;
+use crate::progress::{Scale, Trail};
 use crate::smoothness::Smoothness;
 use nalgebra::{Point2, Vector2};
 use planners::random::Stream;
+use protocol::world_to_daemon::Stall;
 use scenarios::{MAX_GOALS, Robot};
 use std::collections::VecDeque;
 
@@ -29,12 +31,14 @@ struct Goal {
     moves: bool,
 }
 
-/// At the last goal.
+/// At the last goal. A robot that gets out of its tolerance again is not there any more.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arrival {
     pub(crate) tick: u64,
     /// Driven until then, m.
     pub(crate) path_m: f64,
+    /// Driven until the edge of the tolerance, between the ticks, m.
+    pub(crate) path_to_edge_m: f64,
     pub(crate) ldj: Option<f64>,
 }
 
@@ -53,16 +57,20 @@ pub(crate) struct Referee {
     current: Goal,
     waiting: VecDeque<Goal>,
     mover: Option<Mover>,
-    /// It has reached its last goal; a task takes that back.
+    /// It is at its last goal: since when. A task takes that back, and so does leaving the tolerance.
     pub(crate) arrival: Option<Arrival>,
+    /// The present goal is the last one and has been counted: reached again, it is not counted again.
+    counted: bool,
     pub(crate) goals_done: u32,
     pub(crate) tasks_done: u32,
     /// It was given a task, so its path compares with no plan of the scenario.
     pub(crate) tasked: bool,
+    /// It was in an obstacle that stands, so its path was not a free one.
+    pub(crate) trespassed: bool,
     /// Driven so far, m.
     pub(crate) path_m: f64,
     smoothness: Smoothness,
-    recent: Recent,
+    trail: Trail,
 }
 
 impl Referee {
@@ -98,12 +106,14 @@ impl Referee {
             waiting,
             mover,
             arrival: None,
+            counted: false,
             goals_done: 0,
             tasks_done: 0,
             tasked: false,
+            trespassed: false,
             path_m: 0.0,
             smoothness: Smoothness::default(),
-            recent: Recent::new(dt_s),
+            trail: Trail::new(dt_s),
         }
     }
 
@@ -128,6 +138,12 @@ impl Referee {
         self.current.yaw_rad.is_none_or(|wanted| off(wanted) <= self.yaw_tolerance_rad)
     }
 
+    /// There is no goal after the present one.
+    fn is_last(&self) -> bool {
+        let last_round = self.rounds.is_some_and(|rounds| self.rounds_done + 1 >= rounds);
+        self.waiting.is_empty() && (self.counted || self.round.is_empty() || last_round)
+    }
+
     /// The first goal of another round, if there is to be one; the others wait.
     fn next_round(&mut self) -> Option<Goal> {
         self.rounds_done += u32::from(!self.tasked || !self.round.is_empty());
@@ -150,14 +166,14 @@ impl Referee {
             self.waiting.clear();
             self.round.clear();
             self.current = goal;
-        } else if self.arrival.is_some() {
+        } else if self.counted {
             self.current = goal;
         } else if self.waiting.len() < MAX_GOALS {
             self.waiting.push_back(goal);
         } else {
             return false;
         }
-        self.arrival = None;
+        (self.arrival, self.counted) = (None, false);
         self.tasked = true;
         if !self.current.moves && !self.waiting.iter().any(|goal| goal.moves) {
             self.mover = None;
@@ -178,36 +194,67 @@ impl Referee {
     pub(crate) fn drove(&mut self, distance_m: f64, velocity: Vector2<f64>) {
         self.path_m += distance_m;
         self.smoothness.push(velocity, self.dt_s);
+        self.trail.drove(velocity);
     }
 
     /// Time goes on, whether the robot takes part or not.
-    pub(crate) fn pass(&mut self, tick: u64) {
-        self.recent.push(tick, self.path_m);
+    pub(crate) fn pass(&mut self, tick: u64, position: Point2<f64>) {
+        self.trail.pass(tick, position, self.path_m, self.goals_done);
     }
 
-    /// Which goals it has reached, being here at `tick`: several may lie within the tolerance.
-    pub(crate) fn judge(&mut self, position: Point2<f64>, tick: u64, journal: &mut Journal) {
+    /// Which goals it has reached in the tick that ends with `tick`, in which it went straight from one place to the other.
+    /// Goals on the way count when the way touches their tolerance, several in one tick if they come in order. At the last
+    /// one it has to be when the tick ends, and to stay: it arrives when it comes into the tolerance for good. A goal that
+    /// moves has been caught once and for all. Where a heading is asked for, it has to be there at the end of a tick as well.
+    pub(crate) fn judge(&mut self, [from, to]: [Point2<f64>; 2], tick: u64, journal: &mut Journal) {
+        let away = self.distance_m(to) > self.tolerance_m || !self.looks_right();
+        if self.arrival.is_some() && !self.current.moves && away {
+            self.arrival = None;
+            journal.note_quietly(tick, "off-goal", self.slot, || format!("{:.3} m", self.distance_m(to)));
+        }
+        // How far on its way it is, as a share of it.
+        let mut done = 0.0;
         // At most a whole round in a tick: all its goals may lie within the tolerance.
         let mut most = 1 + self.waiting.len() + self.round.len();
-        while self.arrival.is_none() && (self.current.at - position).norm() <= self.tolerance_m && self.looks_right() {
-            if most == 0 {
-                return;
-            }
+        while self.arrival.is_none() && most > 0 {
             most -= 1;
-            self.goals_done += 1;
-            if self.current.source != Source::Scenario {
-                self.tasks_done += 1;
-                journal.note(tick, "task-done", self.slot, self.current.source.to_string());
+            let there = self.distance_m(to) <= self.tolerance_m && self.looks_right();
+            let in_passing = self.current.yaw_rad.is_none() && !self.is_last();
+            match touched([from, to], self.current.at, self.tolerance_m, done) {
+                Some(share) if there || in_passing => done = share,
+                _ if !there => return,
+                _ => done = 1.0,
             }
-            match self.waiting.pop_front().or_else(|| self.next_round()) {
+            if !self.counted {
+                self.goals_done += 1;
+                if self.current.source != Source::Scenario {
+                    self.tasks_done += 1;
+                    journal.note(tick, "task-done", self.slot, self.current.source.to_string());
+                }
+            }
+            let next = self.waiting.pop_front().or_else(|| if self.counted { None } else { self.next_round() });
+            match next {
                 Some(next) => self.current = next,
                 None => {
                     let (path_m, ldj) = (self.path_m, self.smoothness.ldj(self.dt_s));
-                    self.arrival = Some(Arrival { tick, path_m, ldj });
-                    journal.note(tick, "arrived", self.slot, String::new());
+                    let path_to_edge_m = path_m - (1.0 - done) * (to - from).norm();
+                    self.arrival = Some(Arrival { tick, path_m, path_to_edge_m, ldj });
+                    if !std::mem::replace(&mut self.counted, true) {
+                        journal.note(tick, "arrived", self.slot, String::new());
+                    }
                 }
             }
         }
+    }
+
+    /// From a place to the present goal, or to the last one, m.
+    pub(crate) fn distance_m(&self, place: Point2<f64>) -> f64 {
+        (self.current.at - place).norm()
+    }
+
+    /// The tolerance of its goals, m.
+    pub(crate) fn tolerance_m(&self) -> f64 {
+        self.tolerance_m
     }
 
     /// Smoothness until it arrived, or so far.
@@ -215,10 +262,26 @@ impl Referee {
         self.arrival.map_or_else(|| self.smoothness.ldj(self.dt_s), |arrival| arrival.ldj)
     }
 
-    /// Mean speed over the last ten seconds before `tick`, m/s, or since it joined if that is less.
-    pub(crate) fn recent_speed_mps(&self, tick: u64) -> Option<f64> {
-        self.recent.speed_mps(tick, self.path_m, self.dt_s)
+    /// Whether it gets nowhere, being here at `tick` and not at its goal; see [`crate::progress`].
+    pub(crate) fn stall(
+        &self,
+        tick: u64,
+        position: Point2<f64>,
+        scale: Scale,
+        remaining_m: &mut dyn FnMut(Point2<f64>) -> f64,
+    ) -> Option<Stall> {
+        self.trail.stall(tick, position, self.path_m, self.goals_done, scale, remaining_m)
     }
+}
+
+/// The first point of a straight way within `radius` of a centre, as a share of the way, not before `done`.
+fn touched([from, to]: [Point2<f64>; 2], center: Point2<f64>, radius: f64, done: f64) -> Option<f64> {
+    let (way, back) = (to - from, from - center);
+    let (a, b, c) = (way.norm_squared(), back.dot(&way), back.norm_squared() - radius * radius);
+    let root = (b * b - a * c).sqrt(); // not a number if it misses
+    let (enters, leaves) =
+        if a > 0.0 { ((-b - root) / a, (-b + root) / a) } else { (0.0, if c <= 0.0 { 1.0 } else { -1.0 }) };
+    if enters <= 1.0 && leaves >= done { Some(enters.max(done)) } else { None }
 }
 
 impl std::fmt::Display for Source {
@@ -231,34 +294,25 @@ impl std::fmt::Display for Source {
     }
 }
 
-/// Path lengths of the last ten seconds, remembered ten times a second.
-struct Recent {
-    every_ticks: u64,
-    capacity: usize,
-    marks: VecDeque<(u64, f64)>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl Recent {
-    const WINDOW_S: f64 = 10.0;
-    const STEP_S: f64 = 0.1;
-
-    fn new(dt_s: f64) -> Recent {
-        let every_ticks = (Recent::STEP_S / dt_s).round().max(1.0);
-        let capacity = (Recent::WINDOW_S / (every_ticks * dt_s)).ceil() as usize + 1;
-        Recent { every_ticks: every_ticks as u64, capacity, marks: VecDeque::with_capacity(capacity) }
-    }
-
-    fn push(&mut self, tick: u64, path_m: f64) {
-        if self.marks.is_empty() || tick.is_multiple_of(self.every_ticks) {
-            if self.marks.len() == self.capacity {
-                self.marks.pop_front();
-            }
-            self.marks.push_back((tick, path_m));
-        }
-    }
-
-    fn speed_mps(&self, tick: u64, path_m: f64, dt_s: f64) -> Option<f64> {
-        let &(then, path_then_m) = self.marks.front()?;
-        (tick > then).then(|| (path_m - path_then_m) / ((tick - then) as f64 * dt_s))
+    #[test]
+    fn a_way_touches_what_it_passes_and_not_what_lies_behind_it() {
+        let way = [Point2::new(0.0, 0.0), Point2::new(10.0, 0.0)];
+        let touched = |x: f64, y: f64, done: f64| touched(way, Point2::new(x, y), 0.5, done);
+        assert_eq!(touched(5.0, 0.0, 0.0), Some(0.45));
+        assert_eq!(touched(5.0, 0.0, 0.5), Some(0.5), "still within it");
+        assert_eq!(touched(5.0, 0.0, 0.6), None, "passed before");
+        assert_eq!(touched(5.0, 0.5, 0.0), Some(0.5));
+        assert_eq!(touched(5.0, 0.51, 0.0), None);
+        assert_eq!(touched(0.3, 0.0, 0.0), Some(0.0));
+        assert_eq!(touched(-0.6, 0.0, 0.0), None);
+        assert!(touched(10.4, 0.0, 0.0).is_some_and(|share| (share - 0.99).abs() < 1e-9));
+        assert_eq!(touched(10.6, 0.0, 0.0), None);
+        let rest = [Point2::new(1.0, 1.0); 2];
+        assert_eq!(super::touched(rest, Point2::new(1.0, 1.2), 0.2 + 1e-12, 0.0), Some(0.0));
+        assert_eq!(super::touched(rest, Point2::new(1.0, 1.3), 0.2, 0.0), None);
     }
 }

@@ -1,355 +1,353 @@
 //! The shortest way past the fixed obstacles that a robot could have taken, for the path ratio.
 //!
-//! A straight line where that is free. Otherwise Lazy Theta* (A. Nash, S. Koenig, C. Tovey, "Lazy Theta*: Any-Angle
-//! Path Planning and Path Length Analysis in 3D", AAAI 2010) on a lattice over the obstacles inflated by the robot's
-//! radius, then shortened against the exact shapes. The lattice has a spacing of [`SPACING_M_MIN`] or 1/400 of the
-//! larger side of the world, whichever is more.
+//! The centre of a disc must keep its radius from every obstacle, so the obstacles are grown by it. Every one is made of
+//! capsules, and a shortest way past grown capsules is made of straight lines that touch circles around the ends of their
+//! cores, and of arcs on these circles: a search over those tangents ([`tangents`]) finds it exactly, however large the
+//! world is. That the way ends at the tolerance of a goal is part of it: the last line ends that much before the goal, or
+//! where the edge of the tolerance meets a grown obstacle.
+//!
+//! A way past some of the obstacles that happens to touch none of the others is the shortest past all of them. So the search
+//! begins without obstacles and takes in those that are in its way, until none is; only where these become many does it take
+//! in all.
+
+mod tangents;
 
 use crate::grid::Aabb;
 use crate::shapes::Shapes;
-use nalgebra::{Point2, distance};
+use nalgebra::{Point2, Vector2, distance};
 use planners::Capsule;
 use planners::geometry::{Polygon, segment_distance};
-use scenarios::Bounds;
+use std::cell::Cell;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::rc::Rc;
+use tangents::{Circle, Network, Side, arc, tangent};
 
-/// Smallest spacing of the lattice, m.
-const SPACING_M_MIN: f64 = 0.05;
-/// Lattice points along the larger side of the world, at most.
-const POINTS_PER_SIDE_MAX: f64 = 400.0;
 /// A way may touch: rounding decides neither for nor against it, m.
-const TOUCH_M: f64 = 1e-6;
+pub(crate) const TOUCH_M: f64 = 1e-6;
+/// What all ways of a run may cost together, in looks at an obstacle and steps of the search: a few seconds. Ways that would
+/// cost more are not known.
+const LOOKS_MAX: u64 = 100_000_000;
+/// More obstacles than this in the way of one leg are many.
+const FEW: usize = 48;
 
-/// The fixed obstacles, and the lattice of the last radius that was asked for.
+/// The fixed obstacles, and the tangents of every radius for which all of them had to be taken in.
 pub(crate) struct Map {
-    walls: Vec<Capsule>,
-    polygons: Vec<Polygon>,
-    bounds: Aabb,
-    lattice: Option<Lattice>,
+    walls: Walls,
+    networks: Vec<Network>,
 }
 
 impl Map {
-    pub(crate) fn new(bounds: Bounds, shapes: &Shapes) -> Map {
+    pub(crate) fn new(shapes: &Shapes) -> Map {
         let fixed = || shapes.obstacles.iter().filter(|obstacle| !obstacle.moves());
-        let walls: Vec<Capsule> = fixed().flat_map(|o| o.pieces.clone()).map(|index| shapes.piece(index)).collect();
-        let edges = [Point2::new(bounds.x_m[0], bounds.y_m[0]), Point2::new(bounds.x_m[1], bounds.y_m[1])];
-        let thick = walls.iter().fold(0.0, |most: f64, wall| most.max(wall.radius));
-        let around = Aabb::around(walls.iter().flat_map(|wall| [wall.a, wall.b])).grown(thick);
-        Map {
-            bounds: Aabb::around(
-                edges.into_iter().chain((!walls.is_empty()).then_some([around.low, around.high]).into_iter().flatten()),
-            ),
-            walls,
-            polygons: fixed().filter_map(|obstacle| obstacle.polygon().cloned()).collect(),
-            lattice: None,
-        }
+        let capsules: Vec<Capsule> = fixed().flat_map(|o| o.pieces.clone()).map(|index| shapes.piece(index)).collect();
+        let polygons = fixed().filter_map(|obstacle| obstacle.polygon().cloned()).collect();
+        Map { walls: Walls::new(capsules, polygons), networks: Vec::new() }
     }
 
-    /// Length of the shortest way from `start` past all goals in order, m; `None` if there is none.
-    pub(crate) fn shortest(&mut self, start: Point2<f64>, goals: &[Point2<f64>], radius_m: f64) -> Option<f64> {
-        let mut at = start;
+    /// Length of the shortest way of a disc from `start` past all goals in order, to the tolerance of each, m; `None` if
+    /// there is none, or if it takes too long to find. Between two goals the way is measured from anywhere in the one
+    /// tolerance to anywhere in the other, so with goals on the way it is the least that a way can have.
+    pub(crate) fn shortest(
+        &mut self,
+        start: Point2<f64>,
+        goals: &[Point2<f64>],
+        radius_m: f64,
+        tolerance_m: f64,
+    ) -> Option<f64> {
+        let mut from = Place { at: start, reach_m: 0.0 };
         goals.iter().try_fold(0.0, |length, goal| {
-            let leg = self.leg(at, *goal, radius_m)?;
-            at = *goal;
+            let to = Place { at: *goal, reach_m: tolerance_m };
+            let leg = self.leg(from, to, radius_m)?;
+            from = to;
             Some(length + leg)
         })
     }
 
-    fn leg(&mut self, from: Point2<f64>, to: Point2<f64>, radius_m: f64) -> Option<f64> {
-        if self.free(from, to, radius_m) {
-            return Some(distance(&from, &to));
+    fn leg(&mut self, from: Place, to: Place, radius_m: f64) -> Option<f64> {
+        let mut taken_in: Vec<usize> = Vec::new();
+        while taken_in.len() <= FEW {
+            let some = self.walls.only(&taken_in);
+            let mut network = Network::new(&some, radius_m);
+            let (length, way) = Search { walls: &some, network: &mut network, to }.leg(from)?;
+            let new = (0..self.walls.capsules.len()).filter(|index| !taken_in.contains(index));
+            let in_the_way: Vec<usize> =
+                new.filter(|index| way.iter().any(|part| self.walls.blocks(*index, part, radius_m))).collect();
+            self.walls.spend(way.len() * self.walls.capsules.len());
+            if in_the_way.is_empty() {
+                return Some(length);
+            }
+            if self.walls.looks.get() == 0 {
+                return None;
+            }
+            taken_in.extend(in_the_way);
         }
-        let lattice = match self.lattice.take() {
-            Some(lattice) if lattice.radius_m == radius_m && lattice.holds(from) && lattice.holds(to) => lattice,
-            _ => Lattice::new(self, radius_m, [from, to]),
-        };
-        let way = lattice.search(self, from, to);
-        self.lattice = Some(lattice);
-        way.map(|way| self.shortened(way, radius_m).windows(2).map(|leg| distance(&leg[0], &leg[1])).sum())
+        let known = self.networks.iter().position(|network| network.radius_m() == radius_m);
+        let index = known.unwrap_or_else(|| {
+            self.networks.push(Network::new(&self.walls, radius_m));
+            self.networks.len() - 1
+        });
+        Search { walls: &self.walls, network: &mut self.networks[index], to }.leg(from).map(|(length, _)| length)
+    }
+}
+
+/// What stands in the way.
+pub(crate) struct Walls {
+    capsules: Vec<Capsule>,
+    boxes: Vec<Aabb>,
+    polygons: Rc<Vec<(Aabb, Polygon)>>,
+    /// Looks left.
+    looks: Rc<Cell<u64>>,
+    /// What was in the way last is likely to be in the way again.
+    last: Cell<usize>,
+}
+
+impl Walls {
+    fn new(capsules: Vec<Capsule>, polygons: Vec<Polygon>) -> Walls {
+        let boxes = capsules.iter().map(|c| Aabb::around([c.a, c.b]).grown(c.radius)).collect();
+        let boxed = |polygon: Polygon| (Aabb::around(polygon.corners.iter().copied()), polygon);
+        let polygons = Rc::new(polygons.into_iter().map(boxed).collect());
+        Walls { capsules, boxes, polygons, looks: Rc::new(Cell::new(LOOKS_MAX)), last: Cell::new(0) }
     }
 
-    /// Whether a disc gets straight from one point to the other.
+    /// Some of the capsules, and all the insides of polygons.
+    fn only(&self, indices: &[usize]) -> Walls {
+        Walls {
+            capsules: indices.iter().map(|index| self.capsules[*index]).collect(),
+            boxes: indices.iter().map(|index| self.boxes[*index]).collect(),
+            polygons: Rc::clone(&self.polygons),
+            looks: Rc::clone(&self.looks),
+            last: Cell::new(0),
+        }
+    }
+
+    fn spend(&self, looks: usize) {
+        self.looks.set(self.looks.get().saturating_sub(looks as u64));
+    }
+
+    /// Whether a capsule is in the way of a disc.
+    fn blocks(&self, index: usize, part: &Part, radius_m: f64) -> bool {
+        let (wall, around) = (&self.capsules[index], &self.boxes[index]);
+        match *part {
+            Part::Line([from, to]) => {
+                Aabb::around([from, to]).grown(radius_m).meets(around)
+                    && segment_distance(from, to, wall.a, wall.b) - wall.radius < radius_m - TOUCH_M
+            }
+            Part::Arc { center, radius, from, to, side } => {
+                Aabb::around([center]).grown(radius + radius_m).meets(around)
+                    && !Circle::new(center, radius, std::slice::from_ref(wall), radius_m)
+                        .is_some_and(|circle| circle.allows(from, to, side))
+            }
+        }
+    }
+
+    /// Whether a disc gets straight from one point to the other without touching an edge.
     fn free(&self, from: Point2<f64>, to: Point2<f64>, radius_m: f64) -> bool {
-        let needed = radius_m - TOUCH_M;
-        let swept = Aabb::around([from, to]).grown(radius_m);
-        let clear = |wall: &Capsule| {
-            !swept.meets(&Aabb::around([wall.a, wall.b]).grown(wall.radius))
-                || segment_distance(from, to, wall.a, wall.b) - wall.radius >= needed
-        };
-        self.walls.iter().all(clear) && !self.polygons.iter().any(|polygon| polygon.contains(from))
+        let line = Part::Line([from, to]);
+        let last = self.last.get();
+        if last < self.capsules.len() && self.blocks(last, &line, radius_m) {
+            self.spend(1);
+            return false;
+        }
+        let blocking = (0..self.capsules.len()).find(|index| self.blocks(*index, &line, radius_m));
+        self.last.set(blocking.unwrap_or(last));
+        self.spend(1 + blocking.unwrap_or(self.capsules.len()));
+        blocking.is_none()
     }
 
     /// Whether a disc can be at a point.
     fn stands(&self, p: Point2<f64>, radius_m: f64) -> bool {
         self.free(p, p, radius_m)
-    }
-
-    /// Pulls the string: drops corners that are not needed, then pulls the rest towards their neighbours in halving
-    /// steps, as far as the exact shapes allow.
-    fn shortened(&self, mut way: Vec<Point2<f64>>, radius_m: f64) -> Vec<Point2<f64>> {
-        for round in 0..4 {
-            let mut kept = vec![way[0]];
-            let mut at = 0;
-            while at + 1 < way.len() {
-                let farthest = (at + 2..way.len()).rev().find(|next| self.free(way[at], way[*next], radius_m));
-                at = farthest.unwrap_or(at + 1);
-                kept.push(way[at]);
-            }
-            way = kept;
-            if round == 3 {
-                break;
-            }
-            for corner in 1..way.len().saturating_sub(1) {
-                let (before, after) = (way[corner - 1], way[corner + 1]);
-                let mut step = 0.5;
-                while step > 1e-3 {
-                    let nearest = Capsule::segment(before, after).nearest_core(way[corner]);
-                    let pulled = way[corner] + (nearest - way[corner]) * step;
-                    if self.free(before, pulled, radius_m) && self.free(pulled, after, radius_m) {
-                        way[corner] = pulled;
-                    } else {
-                        step *= 0.5;
-                    }
-                    if distance(&nearest, &way[corner]) < 1e-4 {
-                        break;
-                    }
-                }
-            }
-        }
-        way
+            && !self.polygons.iter().any(|(around, polygon)| around.contains(p) && polygon.contains(p))
     }
 }
 
-/// Which points of the lattice a disc of one radius can be at.
-struct Lattice {
-    radius_m: f64,
-    origin: Point2<f64>,
-    spacing_m: f64,
-    columns: i32,
-    rows: i32,
-    blocked: Vec<bool>,
+/// A point, or all points within some distance of it.
+#[derive(Clone, Copy)]
+struct Place {
+    at: Point2<f64>,
+    reach_m: f64,
 }
 
-/// A lattice point.
-type Node = [i32; 2];
+/// The search for one leg, A* over tangents. From a circle, the way goes on along it to the next tangent that leaves it.
+struct Search<'a> {
+    walls: &'a Walls,
+    network: &'a mut Network,
+    to: Place,
+}
 
-impl Lattice {
-    fn new(map: &Map, radius_m: f64, ends: [Point2<f64>; 2]) -> Lattice {
-        let area = Aabb::around([map.bounds.low, map.bounds.high].into_iter().chain(ends));
-        // The edges of the world are no walls: there is a way round everything on the outside.
-        let margin = 2.0 * radius_m + 2.0 * SPACING_M_MIN;
-        let area = area.grown(margin);
-        let size = area.high - area.low;
-        let spacing_m = SPACING_M_MIN.max(size.max() / POINTS_PER_SIDE_MAX);
-        let (columns, rows) = ((size.x / spacing_m).ceil() as i32 + 1, (size.y / spacing_m).ceil() as i32 + 1);
-        let blocked = vec![false; (columns * rows) as usize];
-        let mut lattice = Lattice { radius_m, origin: area.low, spacing_m, columns, rows, blocked };
-        // Small robots must not slip through a wall between two lattice points.
-        let inflated = radius_m.max(0.71 * spacing_m) - TOUCH_M;
-        for wall in &map.walls {
-            let around = Aabb::around([wall.a, wall.b]).grown(wall.radius + inflated);
-            lattice.block(around, |p| wall.distance(p) < inflated);
-        }
-        for polygon in &map.polygons {
-            lattice.block(Aabb::around(polygon.corners.iter().copied()), |p| polygon.contains(p));
-        }
-        lattice
-    }
+/// A piece of a way.
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    Line([Point2<f64>; 2]),
+    Arc { center: Point2<f64>, radius: f64, from: f64, to: f64, side: Side },
+}
 
-    fn block(&mut self, area: Aabb, blocks: impl Fn(Point2<f64>) -> bool) {
-        let ([left, bottom], [right, top]) = (self.nearest(area.low), self.nearest(area.high));
-        for row in bottom..=top {
-            for column in left..=right {
-                if blocks(self.point([column, row])) {
-                    let index = self.index([column, row]);
-                    self.blocked[index] = true;
+/// The end of a way so far.
+#[derive(Clone, Copy)]
+struct Step {
+    /// The step before, and the angle at which the way left the circle that it had come to.
+    from: Option<(usize, f64)>,
+    line: [Point2<f64>; 2],
+    /// The circle that it comes to, if it is not at the goal: which, how, and where.
+    to: Option<(usize, Side, f64)>,
+    /// The line still has to be looked at.
+    unseen: bool,
+}
+
+impl Search<'_> {
+    /// The shortest way and its length.
+    fn leg(&mut self, from: Place) -> Option<(f64, Vec<Part>)> {
+        let radius_m = self.network.radius_m();
+        let (starts, ends) = (self.places(from), self.places(self.to));
+        let mut queue = Queue::default();
+        for start in &starts {
+            for end in &ends {
+                let Some((line, length)) = between(start, end) else { return Some((0.0, Vec::new())) };
+                if self.walls.stands(line[0], radius_m) && self.walls.free(line[0], line[1], radius_m) {
+                    queue.push(length, 0.0, Step { from: None, line, to: None, unseen: false });
                 }
             }
         }
-    }
-
-    fn holds(&self, p: Point2<f64>) -> bool {
-        let far = self.point([self.columns - 1, self.rows - 1]);
-        Aabb { low: self.origin, high: far }.contains(p)
-    }
-
-    fn nearest(&self, p: Point2<f64>) -> Node {
-        let at = (p - self.origin) / self.spacing_m;
-        [(at.x.round() as i32).clamp(0, self.columns - 1), (at.y.round() as i32).clamp(0, self.rows - 1)]
-    }
-
-    fn point(&self, [column, row]: Node) -> Point2<f64> {
-        self.origin + nalgebra::Vector2::new(f64::from(column), f64::from(row)) * self.spacing_m
-    }
-
-    fn index(&self, [column, row]: Node) -> usize {
-        (row * self.columns + column) as usize
-    }
-
-    fn node(&self, index: usize) -> Node {
-        [index as i32 % self.columns, index as i32 / self.columns]
-    }
-
-    fn open(&self, node: Node) -> bool {
-        (0..self.columns).contains(&node[0]) && (0..self.rows).contains(&node[1]) && !self.blocked[self.index(node)]
-    }
-
-    /// Whether all lattice points along the straight line between two are open (Bresenham).
-    fn sight(&self, [mut x, mut y]: Node, to: Node) -> bool {
-        let (dx, dy) = ((to[0] - x).abs(), -(to[1] - y).abs());
-        let (step_x, step_y) = ((to[0] - x).signum(), (to[1] - y).signum());
-        let mut error = dx + dy;
-        while [x, y] != to {
-            if !self.open([x, y]) {
-                return false;
-            }
-            let twice = 2 * error;
-            if twice >= dy {
-                error += dy;
-                x += step_x;
-            }
-            if twice <= dx {
-                error += dx;
-                y += step_y;
+        for start in starts.iter().filter(|start| start.reach_m > 0.0 || self.walls.stands(start.at, radius_m)) {
+            for (circle, around) in self.network.circles().iter().enumerate() {
+                for side in Side::BOTH {
+                    let ends = [(start.at, 0.0, side), (around.center, around.radius, side)];
+                    let Some(line) = tangent(ends[0], ends[1]).filter(|line| around.exposes(line.to_angle)) else {
+                        continue;
+                    };
+                    let (begin, length) = short_of(start, line.to, line.length);
+                    let to = Some((circle, side, line.to_angle));
+                    let step = Step { from: None, line: [begin, line.to], to, unseen: true };
+                    queue.push(length, self.ahead_m(line.to), step);
+                }
             }
         }
-        self.open(to)
-    }
-
-    /// The open lattice points around a point to which a disc gets straight.
-    fn doors<'a>(&'a self, map: &'a Map, p: Point2<f64>) -> impl Iterator<Item = Node> + 'a {
-        let [column, row] = self.nearest(p);
-        let around = (-2..=2).flat_map(move |dy| (-2..=2).map(move |dx| [column + dx, row + dy]));
-        around.filter(move |node| self.open(*node) && map.free(p, self.point(*node), self.radius_m))
-    }
-
-    /// Lazy Theta*: a node inherits the parent of the one it was reached from, as if that were in sight, and only when
-    /// its turn comes finds out.
-    fn search(&self, map: &Map, from: Point2<f64>, to: Point2<f64>) -> Option<Vec<Point2<f64>>> {
-        if !map.stands(from, self.radius_m) || !map.stands(to, self.radius_m) {
-            return None;
-        }
-        const NOBODY: u32 = u32::MAX;
-        let count = self.blocked.len();
-        let (mut cost, mut parent, mut closed) = (vec![f64::INFINITY; count], vec![NOBODY; count], vec![false; count]);
-        // Costs are positive, so that their bits sort as they do.
-        let mut queue: BinaryHeap<Reverse<(u64, u32)>> = BinaryHeap::new();
-        let ahead = |node: Node| distance(&self.point(node), &to);
-        for door in self.doors(map, from) {
-            let index = self.index(door);
-            cost[index] = distance(&from, &self.point(door));
-            parent[index] = index as u32; // The start, which is no lattice point.
-            queue.push(Reverse(((cost[index] + ahead(door)).to_bits(), index as u32)));
-        }
-        let mut exits = vec![false; count];
-        self.doors(map, to).for_each(|node| exits[self.index(node)] = true);
-
-        while let Some(Reverse((_, index))) = queue.pop() {
-            let index = index as usize;
-            if std::mem::replace(&mut closed[index], true) {
+        // By circle and side: where the way came to it before, and how long it was then.
+        let mut arrived: Vec<Vec<(f64, f64)>> = vec![Vec::new(); 2 * self.network.circles().len()];
+        while let Some((index, length)) = queue.pop() {
+            let Step { line: [a, b], to, unseen, .. } = queue.steps[index].1;
+            let Some((circle, side, angle)) = to else { return Some((length, self.way(&queue, index))) };
+            if unseen && !(self.walls.stands(a, radius_m) && self.walls.free(a, b, radius_m)) {
                 continue;
             }
-            let node = self.node(index);
-            let neighbors = NEIGHBORS.iter().map(|[dx, dy]| [node[0] + dx, node[1] + dy]).filter(|n| self.open(*n));
-            let from_index = parent[index] as usize;
-            if from_index != index && !self.sight(self.node(from_index), node) {
-                let through = |n: Node| cost[self.index(n)] + distance(&self.point(n), &self.point(node));
-                let known = neighbors.clone().filter(|n| closed[self.index(*n)]);
-                let best = known.min_by(|a, b| through(*a).total_cmp(&through(*b)))?;
-                (parent[index], cost[index]) = (self.index(best) as u32, through(best));
+            if self.walls.looks.get() == 0 {
+                return None;
             }
-            if exits[index] {
-                return Some(self.way(&parent, index, from, to));
+            let around = &self.network.circles()[circle];
+            let before = &mut arrived[2 * circle + side.index()];
+            // Whoever was on this circle earlier and can go on along it is here already.
+            let along = |from: f64, to: f64| around.allows(from, to, side).then(|| around.radius * arc(from, to, side));
+            self.walls.spend(before.len());
+            if before.iter().any(|(at, less)| along(*at, angle).is_some_and(|more| less + more <= length)) {
+                continue;
             }
-            let base = parent[index] as usize;
-            for next in neighbors {
-                let next_index = self.index(next);
-                let through = cost[base] + distance(&self.point(self.node(base)), &self.point(next));
-                if !closed[next_index] && through < cost[next_index] {
-                    (cost[next_index], parent[next_index]) = (through, base as u32);
-                    queue.push(Reverse(((through + ahead(next)).to_bits(), next_index as u32)));
+            before.push((angle, length));
+            for end in &ends {
+                let ends = [(around.center, around.radius, side), (end.at, 0.0, side)];
+                let Some(line) = tangent(ends[0], ends[1]) else { continue };
+                let Some(more) = along(angle, line.from_angle) else { continue };
+                let (stop, rest) = short_of(end, line.from, line.length);
+                if self.walls.free(line.from, stop, radius_m) {
+                    let from = Some((index, line.from_angle));
+                    let step = Step { from, line: [line.from, stop], to: None, unseen: false };
+                    queue.push(length + more + rest, 0.0, step);
+                }
+            }
+            self.network.leave(circle, self.walls);
+            let around = &self.network.circles()[circle];
+            for leaf in self.network.leaves(circle).iter().filter(|leaf| leaf.side == side) {
+                self.walls.spend(1);
+                if around.allows(angle, leaf.line.from_angle, side) {
+                    let length = length + around.radius * arc(angle, leaf.line.from_angle, side) + leaf.line.length;
+                    let from = Some((index, leaf.line.from_angle));
+                    let to = Some((leaf.to, leaf.to_side, leaf.line.to_angle));
+                    let step = Step { from, line: [leaf.line.from, leaf.line.to], to, unseen: false };
+                    queue.push(length, self.ahead_m(leaf.line.to), step);
                 }
             }
         }
         None
     }
 
-    fn way(&self, parent: &[u32], mut index: usize, from: Point2<f64>, to: Point2<f64>) -> Vec<Point2<f64>> {
-        let mut way = vec![to, self.point(self.node(index))];
-        while parent[index] as usize != index {
-            index = parent[index] as usize;
-            way.push(self.point(self.node(index)));
+    /// The parts of the way that ends with a step, the last one first.
+    fn way(&self, queue: &Queue, mut index: usize) -> Vec<Part> {
+        let mut parts = Vec::new();
+        loop {
+            let step = &queue.steps[index].1;
+            parts.push(Part::Line(step.line));
+            let Some((before, left)) = step.from else { return parts };
+            if let Some((circle, side, angle)) = queue.steps[before].1.to {
+                let Circle { center, radius, .. } = self.network.circles()[circle];
+                parts.push(Part::Arc { center, radius, from: angle, to: left, side });
+            }
+            index = before;
         }
-        way.push(from);
-        way.reverse();
-        way
+    }
+
+    /// No way from here is shorter, m.
+    fn ahead_m(&self, from: Point2<f64>) -> f64 {
+        (distance(&from, &self.to.at) - self.to.reach_m).max(0.0)
+    }
+
+    /// A place, and where its edge meets grown obstacles: a way that may end anywhere in it ends on the line to its middle, or
+    /// there.
+    fn places(&self, place: Place) -> Vec<Place> {
+        let radius_m = self.network.radius_m();
+        let mut places = vec![place];
+        if place.reach_m > 0.0 {
+            for wall in &self.walls.capsules {
+                let grown = wall.radius + radius_m;
+                if wall.distance(place.at) < radius_m + place.reach_m {
+                    let meets = tangents::crossings(place.at, place.reach_m, wall, grown);
+                    let on_edge = meets.into_iter().map(|angle| place.at + direction(angle) * place.reach_m);
+                    let corners = on_edge.filter(|p| self.walls.stands(*p, radius_m));
+                    places.extend(corners.map(|at| Place { at, reach_m: 0.0 }));
+                }
+            }
+        }
+        places
     }
 }
 
-const NEIGHBORS: [Node; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
+/// The straight line between two places, and its length; `None` if they meet.
+fn between(a: &Place, b: &Place) -> Option<([Point2<f64>; 2], f64)> {
+    let (way, whole) = (b.at - a.at, distance(&a.at, &b.at));
+    let length = whole - a.reach_m - b.reach_m;
+    (length > 0.0).then(|| ([a.at + way * (a.reach_m / whole), b.at - way * (b.reach_m / whole)], length))
+}
+
+/// Where a line from a point to the middle of a place, of this length, comes to the place, and its length until there.
+fn short_of(place: &Place, from: Point2<f64>, length: f64) -> (Point2<f64>, f64) {
+    let cut = place.reach_m.min(length);
+    let share = if length > 0.0 { cut / length } else { 0.0 };
+    (place.at + (from - place.at) * share, length - cut)
+}
+
+pub(crate) fn direction(angle: f64) -> Vector2<f64> {
+    let (sin, cos) = angle.sin_cos();
+    Vector2::new(cos, sin)
+}
+
+/// Ways, the most promising first.
+#[derive(Default)]
+struct Queue {
+    steps: Vec<(f64, Step)>,
+    // Lengths are not negative, so that their bits sort as they do.
+    order: BinaryHeap<Reverse<(u64, usize)>>,
+}
+
+impl Queue {
+    fn push(&mut self, length: f64, ahead: f64, step: Step) {
+        self.order.push(Reverse(((length + ahead).max(0.0).to_bits(), self.steps.len())));
+        self.steps.push((length, step));
+    }
+
+    /// A step by its number, and the length of the way with it.
+    fn pop(&mut self) -> Option<(usize, f64)> {
+        self.order.pop().map(|Reverse((_, index))| (index, self.steps[index].0))
+    }
+}
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use scenarios::{Obstacle, Shape};
-
-    const BOUNDS: Bounds = Bounds { x_m: [-5.0, 5.0], y_m: [-5.0, 5.0] };
-
-    fn check(obstacles: &[Shape], [from, to]: [[f64; 2]; 2], radius_m: f64, expected: Option<f64>) {
-        let placed: Vec<Obstacle> = obstacles.iter().map(|s| Obstacle { shape: s.clone(), motion: None }).collect();
-        let length = Map::new(BOUNDS, &Shapes::new(&placed, 1)).shortest(from.into(), &[to.into()], radius_m);
-        match (length, expected) {
-            (Some(length), Some(expected)) => {
-                let off = length / expected - 1.0;
-                assert!((-1e-4..0.01).contains(&off), "{length} m, not {expected} m ({:.2} %)", off * 100.0);
-            }
-            _ => assert_eq!(length, expected),
-        }
-    }
-
-    fn wall(a: [f64; 2], b: [f64; 2]) -> Shape {
-        Shape::Capsule(Capsule::segment(a.into(), b.into()))
-    }
-
-    /// Two tangents of length sqrt(d² - r²) and the arc between them.
-    fn around(d: f64, r: f64, turn: f64) -> f64 {
-        2.0 * (d * d - r * r).sqrt() + r * (turn - 2.0 * (r / d).acos())
-    }
-
-    #[test]
-    fn shortest_ways_are_what_geometry_says() {
-        use std::f64::consts::PI;
-        let across = [[-3.0, 0.0], [3.0, 0.0]];
-        check(&[], across, 0.25, Some(6.0));
-        // A disc in the way: tangents and an arc around it, inflated.
-        let disc = Shape::Capsule(Capsule::disc(Point2::origin(), 1.0));
-        check(&[disc], across, 0.25, Some(around(3.0, 1.25, PI)));
-        // A long wall: over its upper end, where the robot rolls around the end point.
-        let d = 3f64.hypot(1.0);
-        let turn = PI + 2.0 * (1f64 / 3.0).atan();
-        check(&[wall([0.0, -4.0], [0.0, 1.0])], across, 0.2, Some(around(d, 0.2, turn)));
-        check(&[wall([0.0, -4.0], [0.0, 1.0])], across, 0.01, Some(around(d, 0.01, turn)));
-        // A square, passed by two of its corners.
-        let corners = [[-1.0, -1.5], [1.0, -1.5], [1.0, 1.0], [-1.0, 1.0]];
-        let square = Shape::Polygon(corners.map(Point2::from).to_vec());
-        check(std::slice::from_ref(&square), across, 0.001, Some(2.0 * 2f64.hypot(1.0) + 2.0));
-        // Closed in, and standing inside an obstacle.
-        let closed = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-        let room: Vec<Shape> = (0..4).map(|i| wall(closed[i], closed[(i + 1) % 4])).collect();
-        check(&room, [[0.0, 0.0], [3.0, 0.0]], 0.2, None);
-        check(&[square], [[0.0, 0.0], [3.0, 0.0]], 0.2, None);
-    }
-
-    #[test]
-    fn a_door_is_passed_if_it_is_wide_enough() {
-        let door = |gap: f64| [wall([0.0, -9.0], [0.0, 2.0]), wall([0.0, 2.0 + gap], [0.0, 9.0])];
-        let ends = [[-3.0, 2.5], [3.0, 2.5]];
-        check(&door(1.0), ends, 0.3, Some(6.0));
-        let map = |gap| {
-            let placed = door(gap).map(|shape| Obstacle { shape, motion: None });
-            Map::new(BOUNDS, &Shapes::new(&placed, 1)).shortest(ends[0].into(), &[ends[1].into()], 0.3).unwrap()
-        };
-        assert!(map(0.8) < 6.1 && map(0.4) > 15.0, "{} {}", map(0.8), map(0.4));
-    }
-}
+mod tests;

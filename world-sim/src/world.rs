@@ -10,17 +10,19 @@ use crate::contact::{Contact, Contacts};
 use crate::grid::Grid;
 use crate::journal::Journal;
 use crate::kinematics::fits;
+use crate::links::Parts;
 use crate::presence::{Presence, State};
 use crate::ranges::Ranges;
 use crate::referee::{Referee, Source};
 use crate::shapes::Shapes;
+use crate::touch;
 use nalgebra::Point2;
 use planners::{Drive, PlanState};
 use protocol::Seat;
 use protocol::daemon_to_world::{Absence, Order, Ticket};
-use protocol::world_to_daemon::Notice;
+use protocol::world_to_daemon::{Notice, Touch};
 use protocol::world_to_robot::Piece;
-use scenarios::{Bounds, Clock, Event, MAX_ROBOTS, Robot, Scenario, StragglerPolicy, What};
+use scenarios::{Clock, Event, MAX_ROBOTS, Robot, Scenario, StragglerPolicy, What};
 
 /// Why a task is refused: the robot has as many goals as it can keep.
 pub const TOO_MANY_GOALS: &str = "too many goals are waiting";
@@ -30,7 +32,6 @@ pub const ROBOT_GONE: &str = "the robot is gone";
 /// The world of one run. See the crate's documentation for its cycle.
 pub struct World {
     clock: Clock,
-    bounds: Bounds,
     straggler: StragglerPolicy,
     slots_max: usize,
     /// A process is asked for this long before its robot enters, ticks.
@@ -93,7 +94,6 @@ impl World {
         let clock = scenario.clock;
         let mut world = World {
             clock,
-            bounds: scenario.bounds,
             straggler: scenario.fleet.straggler,
             slots_max: scenario.fleet.max_robots.min(MAX_ROBOTS),
             ahead_ticks: (0.5 * clock.tick_hz).ceil().max(1.0) as u64,
@@ -348,7 +348,7 @@ impl World {
                 }
                 if let Some(referee) = &mut self.referees[slot] {
                     referee.faces(self.bodies[slot].pose.yaw_rad);
-                    referee.judge(self.bodies[slot].pose.position, tick, &mut self.journal);
+                    referee.judge([self.bodies[slot].pose.position; 2], tick, &mut self.journal);
                 }
             }
         }
@@ -390,7 +390,7 @@ impl World {
             }
         }
         self.contacts.enter(&self.entered, &self.bodies, &self.arms, &self.shapes);
-        self.log_contacts();
+        self.log_contacts(self.tick);
         self.grid.rebuild(&self.bodies);
         self.ranges.update(&self.bodies, &self.arms, &self.shapes, &self.grid);
         self.refresh_pieces();
@@ -437,7 +437,7 @@ impl World {
         let time_s = self.time_s();
         self.shapes.advance(time_s);
         self.contacts.sweep(&self.bodies, &self.arms, &self.shapes, &self.grid);
-        self.log_contacts();
+        self.log_contacts(self.tick - 1);
         self.judge(time_s);
         self.announce();
         self.is_open = false;
@@ -473,10 +473,10 @@ impl World {
             if body.takes_part {
                 referee.drove(body.driven_m(), body.pose.velocity);
                 referee.faces(body.pose.yaw_rad);
-                referee.judge(body.pose.position, self.tick, &mut self.journal);
+                referee.judge([body.from, body.pose.position], self.tick, &mut self.journal);
             }
             if body.in_world {
-                referee.pass(self.tick);
+                referee.pass(self.tick, body.pose.position);
                 let Point2 { coords } = body.pose.position;
                 let seat = u64::from(body.seat.slot) << 32 | u64::from(body.seat.incarnation);
                 let state = [coords.x.to_bits(), coords.y.to_bits(), body.pose.yaw_rad.to_bits()];
@@ -488,13 +488,31 @@ impl World {
         }
     }
 
-    fn log_contacts(&mut self) {
+    /// Logs the contacts just found, in the tick that opened with `opened`.
+    fn log_contacts(&mut self, opened: u64) {
         let name = |slot: usize| self.robots[slot].as_ref().map_or("", |robot| robot.id.as_str());
         for contact in &self.contacts.found {
             let (Contact::Robots(slot, _) | Contact::Obstacle(slot, _)) = *contact;
-            self.journal.note_quietly(self.tick, "contact", slot as u32, || match *contact {
-                Contact::Robots(_, other) => format!("with {}", name(other)),
-                Contact::Obstacle(_, index) => format!("with obstacle {index}"),
+            if let (Contact::Obstacle(_, index), Some(referee)) = (*contact, &mut self.referees[slot]) {
+                referee.trespassed |= !self.shapes.obstacles[index].moves();
+            }
+            self.journal.note_contact(self.tick, slot as u32, || {
+                let body = &self.bodies[slot];
+                let parts = Parts::of(body, &self.arms);
+                let (detail, first) = match *contact {
+                    Contact::Robots(_, other) => {
+                        let others = Parts::of(&self.bodies[other], &self.arms);
+                        let first = touch::first(parts.as_slice(), others.as_slice().iter().copied());
+                        (format!("with {}", name(other)), first)
+                    }
+                    Contact::Obstacle(_, index) => {
+                        let first = touch::first(parts.as_slice(), self.shapes.ways(&self.shapes.obstacles[index]));
+                        (format!("with obstacle {index}"), first)
+                    }
+                };
+                // Inside a polygon whose edges are far there is no surface to touch.
+                let (share, at) = first.map_or((0.0, body.from), |first| (first.share, first.at));
+                (detail, Touch { t_s: (opened as f64 + share) * self.clock.dt_s(), at_m: [at.x, at.y] })
             });
         }
     }

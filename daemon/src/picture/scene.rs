@@ -105,13 +105,12 @@ impl Scene {
         let size = |[low, high]: Span| high - low;
         let extent = size(scenario.bounds.x_m).max(size(scenario.bounds.y_m));
         let tolerance = extent * TOLERANCE;
-        let slots: HashMap<&str, u32> = known(record).map(|(slot, robot)| (robot.id.as_str(), slot)).collect();
         let mut robots: HashMap<u32, Gathered> = HashMap::new();
         let mut things: HashMap<u32, Gathered> = HashMap::new();
-        let mut touches = record.ending.outcome.events.iter().filter(|event| event.kind == "contact").peekable();
-        let mut contacts = Vec::new();
+        let touches = record.ending.outcome.events.iter().filter_map(|event| event.touch);
+        let contacts: Vec<[f64; 2]> = touches.map(|touch| touch.at_m).take(CONTACTS_MAX).collect();
         let mut frames = record.frames();
-        while let Some((tick, bodies)) = frames.next() {
+        while let Some((_, bodies)) = frames.next() {
             for body in bodies {
                 let gathered = if body.is_obstacle() { &mut things } else { &mut robots };
                 let gathered = gathered.entry(body.index).or_default();
@@ -122,17 +121,7 @@ impl Scene {
                     push(&mut gathered.joints, body.joints_rad, 1e-3);
                 }
             }
-            let at =
-                |slot: u32| bodies.iter().find(|body| !body.is_obstacle() && body.index == slot).map(|b| b.position_m);
-            while let Some(touch) = touches.next_if(|touch| touch.tick <= tick) {
-                let other = touch.detail.strip_prefix("with ").and_then(|name| at(*slots.get(name)?));
-                if let Some(here) = touch.slot.and_then(at) {
-                    let there = other.unwrap_or(here);
-                    contacts.push([0.5 * (here[0] + there[0]), 0.5 * (here[1] + there[1])]);
-                }
-            }
         }
-        contacts.truncate(CONTACTS_MAX);
         let obstacles = (scenario.obstacles.iter().zip(0..))
             .map(|(obstacle, index)| Thing {
                 shape: obstacle.shape.clone(),
@@ -234,7 +223,7 @@ fn fate(record: &Record, slot: u32) -> String {
         Some(robot) => match (robot.time_s, &robot.gone) {
             (Some(time_s), _) => format!("{time_s:.1} s"),
             (None, Some(gone)) => gone.clone(),
-            (None, None) if robot.deadlocked => "stuck".to_owned(),
+            (None, None) if robot.stall.is_some() => "stuck".to_owned(),
             (None, None) => "not arrived".to_owned(),
         },
         None => "did not join".to_owned(),
@@ -278,7 +267,7 @@ fn subtitle(record: &Record) -> String {
 mod tests {
     use super::*;
     use protocol::record::{Encoder, Ending};
-    use protocol::world_to_daemon::{Event, Outcome};
+    use protocol::world_to_daemon::{Event, Outcome, Touch};
 
     /// Two hundred robots that go round on circles, and two that meet.
     #[test]
@@ -297,17 +286,21 @@ mod tests {
                 |slot| Body { index: slot, position_m: place(slot, tick), goal_m: [1.0, 2.0], ..Body::default() };
             encoder.frame(tick, &(0..200).map(body).collect::<Vec<_>>(), &mut bytes);
         }
-        let (id, added) = (&scenario.robots[7].id, (64..200).map(|slot| (slot, scenario.robots[0].clone())));
-        let touch =
-            |tick, detail: &str| Event { tick, kind: "contact".to_owned(), slot: Some(3), detail: detail.to_owned() };
-        let events = vec![touch(40, &format!("with {id}")), touch(90, "with obstacle 2")];
+        let added = (64..200).map(|slot| (slot, scenario.robots[0].clone()));
+        let touch = |tick, at_m| Event {
+            tick,
+            kind: "contact".to_owned(),
+            slot: Some(3),
+            detail: "with something".to_owned(),
+            touch: Some(Touch { t_s: 0.0, at_m }),
+        };
+        let events = vec![touch(40, [1.0, 2.0]), touch(90, [-3.0, 0.5])];
         let outcome = Outcome { ticks: TICKS, robot_contacts: 5, obstacle_contacts: 1, events, ..Outcome::default() };
         encoder.end(&Ending { added: added.collect(), outcome }, &mut bytes).expect("it can be encoded");
 
         let scene = Scene::of(&Record::read(bytes).expect("a record"));
         assert_eq!(scene.robots.len(), 200);
-        let [a, b] = [place(3, 40), place(7, 40)];
-        assert_eq!(scene.contacts, [[0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])], place(3, 90)]);
+        assert_eq!(scene.contacts, [[1.0, 2.0], [-3.0, 0.5]]);
         assert_eq!(scene.contacts_more, 4);
         // Six rounds of a circle each.
         assert!(

@@ -4,7 +4,7 @@ use super::{
     EventReport, LatencyFacts, LatencyReport, OutcomeReport, ProcessFacts, ProcessScheduling, Report, ResourcesReport,
     RobotReport, RunFacts, SCHEMA, SchedulingReport, judge,
 };
-use protocol::world_to_daemon::RobotOutcome;
+use protocol::world_to_daemon::{RobotOutcome, Stall};
 use scenarios::{Class, Mode, Processes, Scheduling};
 use std::collections::BTreeMap;
 
@@ -84,6 +84,7 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
     let flowtime_s: f64 = times.iter().sum();
     let ratios: Vec<f64> = arrived.iter().filter_map(|fate| fate.path_ratio).collect();
     let jerks: Vec<f64> = fates.iter().filter_map(|fate| fate.ldj).collect();
+    let stalled = |stall| fates.iter().filter(|fate| fate.stall == Some(stall)).count();
     let report = OutcomeReport {
         arrived: arrived.len(),
         arrived_all,
@@ -98,7 +99,9 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
         obstacle_contacts: facts.outcome.obstacle_contacts,
         min_clearance_m: facts.outcome.min_clearance_m,
         min_obstacle_clearance_m: facts.outcome.min_obstacle_clearance_m,
-        deadlocked: fates.iter().filter(|fate| fate.deadlocked).count(),
+        deadlocked: stalled(Stall::Deadlocked),
+        livelocked: stalled(Stall::Livelocked),
+        oscillating: stalled(Stall::Oscillating),
         ldj_mean: mean(&jerks),
         filter_interventions: None,
     };
@@ -129,9 +132,21 @@ fn robot_report(facts: &RunFacts, slot: usize, fate: &RobotOutcome) -> RobotRepo
         contacts: fate.contacts,
         tasks_done: fate.tasks_done,
         goals_done: fate.goals_done,
-        deadlocked: fate.deadlocked,
+        deadlocked: fate.stall == Some(Stall::Deadlocked),
+        state: state_of(fate).to_owned(),
+        final_distance_m: fate.final_distance_m,
         ldj: fate.ldj,
         gone: fate.gone.clone(),
+    }
+}
+
+/// What became of a robot, in a word.
+fn state_of(fate: &RobotOutcome) -> &'static str {
+    match (fate.stall, &fate.gone) {
+        _ if fate.arrived => "arrived",
+        (_, Some(_)) => "gone",
+        (Some(stall), None) => stall.word(),
+        (None, None) => "under-way",
     }
 }
 
@@ -181,6 +196,8 @@ fn events_of(facts: &RunFacts) -> Vec<EventReport> {
             kind: event.kind.clone(),
             robot: event.slot.map(|slot| name_of(facts, slot)),
             detail: event.detail.clone(),
+            at_m: event.touch.map(|touch| touch.at_m),
+            touch_s: event.touch.map(|touch| touch.t_s),
         })
         .collect()
 }

@@ -7,7 +7,7 @@ use super::text::{Style, render};
 use super::*;
 use bus::Cause;
 use planners::{Kind, Limits, ParamValues};
-use protocol::world_to_daemon::{Event, RobotOutcome};
+use protocol::world_to_daemon::{Event, RobotOutcome, Stall};
 use scenarios::{
     Bounds, Class, Clock, Expect, Fleet, Processes, Radio, Restart, Robot, Scheduling, Stop, StragglerPolicy,
 };
@@ -93,7 +93,7 @@ fn outcome(robots: usize) -> Outcome {
 }
 
 fn event(tick: u64, kind: &str, slot: u32, detail: &str) -> Event {
-    Event { tick, kind: kind.into(), slot: Some(slot), detail: detail.into() }
+    Event { tick, kind: kind.into(), slot: Some(slot), detail: detail.into(), touch: None }
 }
 
 fn percentiles(p50: f64) -> Option<Percentiles> {
@@ -173,7 +173,11 @@ fn failures() -> RunFacts {
     for slot in 20..25 {
         let fate = &mut facts.outcome.robots[slot];
         (fate.arrived, fate.time_s, fate.path_ratio) = (false, None, None);
-        fate.deadlocked = slot < 23;
+        fate.stall = match slot {
+            20 | 21 => Some(Stall::Deadlocked),
+            22 => Some(Stall::Livelocked),
+            _ => None,
+        };
     }
     facts.outcome.robots[24].gone = Some("dead".into());
     facts.outcome.robots[1].tasks_done = 1;
@@ -288,11 +292,11 @@ fn every_field_of_the_contract_is_there() {
     check(
         &json["outcome"],
         "arrived arrived_all succeeded makespan_s flowtime_s mean_time_s path_length_m path_ratio_mean robot_contacts \
-         obstacle_contacts min_clearance_m min_obstacle_clearance_m deadlocked ldj_mean filter_interventions",
+         obstacle_contacts min_clearance_m min_obstacle_clearance_m deadlocked livelocked oscillating ldj_mean filter_interventions",
     );
     check(
         &json["per_robot"][0],
-        "id planner incarnation pid arrived time_s path_length_m path_ratio contacts tasks_done",
+        "id planner incarnation pid arrived time_s path_length_m path_ratio contacts tasks_done state final_distance_m",
     );
     check(
         &json["latency"],
@@ -300,7 +304,7 @@ fn every_field_of_the_contract_is_there() {
     );
     check(&json["latency"]["wake_us"], "p50 p90 p99 p999 max n");
     check(&json["resources"], "startup_ms cpu_s agent_pss_kib_mean agent_pss_kib_max shm_bytes");
-    check(&json["events"][0], "tick t_s kind robot detail");
+    check(&json["events"][0], "tick t_s kind robot detail at_m touch_s");
     assert_eq!(json["schema"], "shoal.report/1");
     assert_eq!(json["planner"], "mixed");
     assert_eq!(json["verdict"], "valid");
@@ -325,7 +329,7 @@ fn a_report_can_be_read_again() {
 fn outcome_fields_follow_their_definitions() {
     let outcome = assemble(failures()).outcome;
     assert_eq!((outcome.arrived, outcome.arrived_all, outcome.succeeded), (20, false, 18));
-    assert_eq!((outcome.makespan_s, outcome.deadlocked), (None, 3));
+    assert_eq!((outcome.makespan_s, outcome.deadlocked, outcome.livelocked), (None, 2, 1));
     assert_eq!(outcome.mean_time_s, Some(10.0 + 0.5 * 9.5), "over those that arrived");
 
     let mut facts = single();

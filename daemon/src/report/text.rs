@@ -9,6 +9,7 @@ use super::{
 use crate::numbers::{clearance, fixed};
 use crate::{exit, scheduling};
 use bus::Cause;
+use protocol::world_to_daemon::Stall;
 use scenarios::Mode;
 
 /// So many robots are listed one by one.
@@ -190,8 +191,13 @@ fn outcome(page: &mut Page, report: &Report) {
     page.gap();
     page.words("outcome", 0);
     let mut arrived = format!("{} of {}, {} without contact", outcome.arrived, report.robots, outcome.succeeded);
-    if outcome.deadlocked > 0 {
-        arrived += &format!(", {} deadlocked", outcome.deadlocked);
+    let stalled = [
+        (outcome.deadlocked, Stall::Deadlocked),
+        (outcome.livelocked, Stall::Livelocked),
+        (outcome.oscillating, Stall::Oscillating),
+    ];
+    for (count, stall) in stalled.into_iter().filter(|(count, _)| *count > 0) {
+        arrived += &format!(", {count} {}", stall.word());
     }
     page.row("arrived", &arrived);
     if let (Some(mean_s), Some(flowtime_s)) = (outcome.mean_time_s, outcome.flowtime_s) {
@@ -379,12 +385,12 @@ fn robots(page: &mut Page, report: &Report) {
 }
 
 fn robot_row(robot: &RobotReport, report: &Report) -> Vec<String> {
-    let note = match (&robot.gone, robot.arrived, robot.deadlocked) {
-        (Some(gone), ..) => gone.as_str(),
-        (None, true, _) => "",
-        (None, false, true) => "deadlocked",
-        (None, false, false) if robot.patrols => "goes round",
-        (None, false, false) => "on its way",
+    let note = match (&robot.gone, robot.state.as_str()) {
+        (Some(gone), _) => gone.as_str(),
+        (None, "arrived") => "",
+        (None, "under-way") if robot.patrols => "goes round",
+        (None, "under-way") => "on its way",
+        (None, state) => state,
     };
     let tasks = report.per_robot.iter().any(|robot| robot.tasks_done > 0);
     vec![

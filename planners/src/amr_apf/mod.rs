@@ -212,7 +212,7 @@ impl AmrApf {
         let mut sum =
             Sum { obstacles: zero, robots: zero, front_stop: false, yields: false, near: false, blocked: false };
         for obstacle in nearest_by_id(input.obstacles, own.position) {
-            self.add_obstacle(&mut sum, input, own, obstacle);
+            self.add_obstacle(&mut sum, input, own, &obstacle);
         }
         if self.params.pillar_gaps != PillarGaps::Off {
             self.add_pillar_gaps(&mut sum, input, own);

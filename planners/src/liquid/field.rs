@@ -114,7 +114,7 @@ impl Field<'_> {
     fn at_below(&self, q: Point2<f64>, limit: f64) -> f64 {
         let mut sum = self.of_goal(q);
         for obstacle in nearest_by_id(self.obstacles, q) {
-            sum += self.of_obstacle(obstacle, q);
+            sum += self.of_obstacle(&obstacle, q);
             if sum >= limit {
                 return sum;
             }
@@ -178,5 +178,7 @@ impl Field<'_> {
 
 /// Distance from `q` to the nearest of the obstacles, inflated by an agent's radius, m; infinite if there is none.
 pub fn clearance(obstacles: &[Obstacle], agent_radius_m: f64, q: Point2<f64>) -> f64 {
-    obstacles.iter().map(|obstacle| obstacle.shape.distance(q) - agent_radius_m).fold(f64::INFINITY, f64::min)
+    nearest_by_id(obstacles, q)
+        .map(|obstacle| obstacle.shape.distance(q) - agent_radius_m)
+        .fold(f64::INFINITY, f64::min)
 }

@@ -57,7 +57,7 @@ impl Layer {
             let apart = if self.robot < other.id { -Vector2::x() } else { Vector2::x() };
             self.push_of(input.position - position, other.radius_m + input.radius_m, wanted, apart)
         });
-        let things = nearest_by_id(input.obstacles, input.position).filter(|thing| moves(thing)).map(|thing| {
+        let things = nearest_by_id(input.obstacles, input.position).filter(moves).map(|thing| {
             let offset = input.position - thing.shape.nearest_core(input.position);
             self.push_of(offset, thing.shape.radius + input.radius_m, wanted, Vector2::x())
         });

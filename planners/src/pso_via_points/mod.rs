@@ -250,7 +250,7 @@ impl PsoViaPoints {
     fn pushes(&self, input: &PlanInput<'_>) -> Vector2<f64> {
         let mut push = Vector2::zeros();
         for obstacle in nearest_by_id(input.obstacles, input.position) {
-            push += match watch::as_robot(obstacle, input.position) {
+            push += match watch::as_robot(&obstacle, input.position) {
                 Some(robot) => self.robots.neighbor_push(&robot, input),
                 None => self.wall_push(&obstacle.shape, input),
             };

@@ -2,14 +2,12 @@
 
 use super::World;
 use crate::presence::{Presence, State};
+use crate::progress::Scale;
 use crate::referee::Referee;
 use crate::shortest::Map;
-use protocol::world_to_daemon::{Outcome, RobotOutcome};
+use nalgebra::Point2;
+use protocol::world_to_daemon::{Outcome, RobotOutcome, Stall};
 use scenarios::Robot;
-
-/// A robot that has not arrived and moved slower than this share of its greatest speed over the last ten seconds is
-/// deadlocked.
-const DEADLOCK_SHARE: f64 = 0.05;
 
 impl World {
     /// The outcome so far; for the end of a run, since shortest paths are searched for here.
@@ -17,7 +15,7 @@ impl World {
     /// Besides the robots that were in the world it lists those that should have been and never entered, as gone:
     /// a robot whose process could not start must not look like a robot that was never asked for.
     pub fn outcome(&self) -> Outcome {
-        let mut map = Map::new(self.bounds, &self.shapes);
+        let mut map = Map::new(&self.shapes);
         let robots =
             self.robots.iter().zip(&self.presences).zip(&self.referees).filter_map(|((robot, presence), referee)| {
                 Some(self.robot_outcome(robot.as_ref()?, presence, referee.as_ref()?, &mut map))
@@ -45,13 +43,12 @@ impl World {
         let path_length_m = arrival.map_or(referee.path_m, |arrival| arrival.path_m);
         // The shortest way of a tip would have to be searched for among the poses of its arm.
         let drives = robot.arm.is_none() && robot.goal_motion.is_none() && robot.rounds == Some(1);
-        let comparable = arrival.is_some() && !referee.tasked && drives;
-        let path_ratio = comparable
-            .then(|| map.shortest(robot.start, &robot.goals, robot.radius_m))
-            .flatten()
-            .filter(|shortest_m| *shortest_m > 0.0)
-            .map(|shortest_m| path_length_m / shortest_m);
-        let slow = |speed_mps| speed_mps < DEADLOCK_SHARE * robot.limits.speed_mps_max;
+        // Nor does a path through an obstacle compare with one past it.
+        let comparable = !referee.tasked && !referee.trespassed && drives;
+        let path_ratio = arrival.filter(|_| comparable).and_then(|arrival| {
+            let shortest_m = map.shortest(robot.start, &robot.goals, robot.radius_m, robot.goal_tolerance_m)?;
+            (shortest_m > 0.0).then(|| arrival.path_to_edge_m / shortest_m)
+        });
         let never_entered = presence.joined.is_none().then_some("never entered");
         RobotOutcome {
             slot: seat.slot,
@@ -66,11 +63,26 @@ impl World {
             tasks_done: referee.tasks_done,
             goals_done: referee.goals_done,
             rounds_done: referee.rounds_done,
-            deadlocked: arrival.is_none()
-                && matches!(presence.state, State::Present { .. })
-                && referee.recent_speed_mps(self.tick).is_some_and(slow),
+            final_distance_m: presence.joined.map(|_| referee.distance_m(self.bodies[slot].pose.position)),
+            stall: Some(referee)
+                .filter(|_| arrival.is_none() && matches!(presence.state, State::Present { .. }))
+                .and_then(|referee| self.stall(robot, slot, referee, map)),
             ldj: referee.ldj(),
             gone: presence.gone().or(never_entered).map(str::to_owned),
         }
+    }
+
+    /// Whether a robot gets nowhere. Of the tip of an arm the way to its goal is straight.
+    fn stall(&self, robot: &Robot, slot: usize, referee: &Referee, map: &mut Map) -> Option<Stall> {
+        let scale = Scale { speed_mps: robot.limits.speed_mps_max, size_m: robot.radius_m.max(referee.tolerance_m()) };
+        let mut remaining_m = |from: Point2<f64>| {
+            let known = robot
+                .arm
+                .is_none()
+                .then(|| map.shortest(from, &[referee.goal()], robot.radius_m, referee.tolerance_m()))
+                .flatten();
+            known.unwrap_or_else(|| referee.distance_m(from))
+        };
+        referee.stall(self.tick, self.bodies[slot].pose.position, scale, &mut remaining_m)
     }
 }

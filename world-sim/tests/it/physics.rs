@@ -44,6 +44,32 @@ fn nothing_is_missed_between_two_ticks() {
 }
 
 #[test]
+fn contacts_say_where_and_when_the_surfaces_met() {
+    // Through each other and through a wall, 30 m in a tick.
+    let mut scenario = scenario(vec![
+        robot(0, [-15.0, 0.0], [15.0, 0.0]),
+        robot(1, [15.0, 0.0], [-15.0, 0.0]),
+        robot(2, [-15.0, 5.0], [15.0, 5.0]),
+        robot(3, [20.0, 5.0], [20.0, 5.0]),
+        robot(4, [20.4, 5.0], [20.4, 5.0]),
+    ]);
+    for robot in &mut scenario.robots {
+        robot.limits.speed_mps_max = 300.0;
+    }
+    scenario.obstacles = vec![wall([1.0, 4.0], [1.0, 6.0], 0.0)];
+    let outcome = Driver::new(&scenario).run();
+    let touches: Vec<_> = outcome.events.iter().filter_map(|event| Some((event.slot?, event.touch?))).collect();
+    let expected =
+        [(3, 0.0, [20.2, 5.0]), (0, (0.5 - 0.25 / 30.0) / HZ, [0.0, 0.0]), (2, (15.75 / 30.0) / HZ, [1.0, 5.0])];
+    assert_eq!(touches.len(), expected.len(), "{touches:?}");
+    for ((slot, touch), (who, when, [x, y])) in touches.into_iter().zip(expected) {
+        assert_eq!(slot, who);
+        assert!((touch.t_s - when).abs() < 1e-6, "{touch:?}");
+        assert!((touch.at_m[0] - x).abs() < 1e-6 && (touch.at_m[1] - y).abs() < 1e-6, "{touch:?}");
+    }
+}
+
+#[test]
 fn an_overlap_at_the_start_counts_once() {
     let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [0.0, 0.0]), robot(1, [0.3, 0.0], [0.3, 0.0])]);
     scenario.robots.push(robot(2, [0.1, 0.1], [0.1, 0.1]));

@@ -4,7 +4,7 @@ use crate::driver::{Driver, HZ, at, robot, scenario};
 use nalgebra::Point2;
 use planners::{Capsule, Kind};
 use protocol::daemon_to_world::{Order, Ticket};
-use protocol::world_to_daemon::{Notice, RobotOutcome};
+use protocol::world_to_daemon::{Notice, RobotOutcome, Stall};
 use scenarios::{MAX_GOALS, Motion, Obstacle, Scenario, Shape, What};
 
 fn one() -> Scenario {
@@ -148,7 +148,7 @@ fn who_stands_short_of_the_goal_is_deadlocked() {
         });
     }
     let robots = driver.world.outcome().robots;
-    assert_eq!([0, 1, 2].map(|slot: usize| robots[slot].deadlocked), [false, true, false]);
+    assert_eq!([0, 1, 2].map(|slot: usize| robots[slot].stall), [None, Some(Stall::Deadlocked), None]);
     assert_eq!([0, 1, 2].map(|slot: usize| robots[slot].arrived), [true, false, false]);
 }
 
@@ -156,15 +156,102 @@ fn who_stands_short_of_the_goal_is_deadlocked() {
 fn path_ratios_compare_with_the_shortest_free_way() {
     let ratio = |scenario: &Scenario| run(scenario).path_ratio.unwrap();
     assert!((ratio(&one()) - 1.0).abs() < 1e-9);
-    // Going through a wall is shorter than the way around it.
+    // The way ends at the tolerance, for both.
+    let mut short = one();
+    short.robots[0].goal_tolerance_m = 0.5;
+    assert!((ratio(&short) - 1.0).abs() < 1e-9);
+    // Going through a wall is shorter than the way around it, and no free path.
     let mut through = one();
     let wall = Capsule::segment(Point2::new(1.0, -1.0), Point2::new(1.0, 1.0));
     through.obstacles = vec![Obstacle { shape: Shape::Capsule(wall), motion: None }];
-    assert!((0.55..0.7).contains(&ratio(&through)), "{}", ratio(&through));
+    assert_eq!(run(&through).path_ratio, None);
+    // An obstacle that moves may be anywhere else.
+    let points = vec![Point2::new(1.0, -1.0), Point2::new(9.0, -1.0)];
+    through.obstacles[0].motion = Some(Motion::Waypoints { points, speed_mps: 0.1, then: scenarios::AtEnd::Stop });
+    assert!((ratio(&through) - 1.0).abs() < 1e-9);
     // A unicycle that has to turn first drives a detour.
     let mut turning = one();
     turning.robots[0].kind = Kind::Unicycle;
     turning.robots[0].start_yaw_rad = 1.5;
     assert!((1.0..1.3).contains(&ratio(&turning)), "{}", ratio(&turning));
     assert!(run(&turning).ldj.is_some());
+}
+
+#[test]
+fn a_fast_robot_takes_its_waypoints_where_it_passes_them_and_in_their_order() {
+    // Three metres a tick, past two waypoints of a centimetre in one tick, and back to one that it has passed before.
+    let mut scenario = one();
+    scenario.robots[0].limits.speed_mps_max = 30.0;
+    scenario.robots[0].goal_tolerance_m = 0.01;
+    scenario.robots[0].goals =
+        [[10.0, 0.0], [10.5, 0.005], [10.5, 0.0], [10.2, 0.0], [20.0, 0.0]].map(Point2::from).to_vec();
+    let mut driver = Driver::new(&scenario);
+    let drive = |x: f64| Some(planners::Drive::Velocity(nalgebra::Vector2::new(x, 0.0)));
+    let mut done = Vec::new();
+    for x in [30.0, 30.0, 30.0, 30.0, -30.0, 30.0, 30.0, 30.0, 30.0] {
+        driver.world.open(&mut |_| true);
+        driver.world.close(&mut |_| drive(x));
+        done.push(driver.world.odometry(0).goals_done);
+    }
+    // The last goal is passed in the last tick, but it is not there when that ends.
+    assert_eq!(done, [0, 0, 0, 3, 4, 4, 4, 4, 4]);
+    driver.world.open(&mut |_| true);
+    driver.world.close(&mut |_| drive(-10.0));
+    assert_eq!(driver.world.odometry(0).goals_done, 5);
+    assert!(driver.world.outcome().robots[0].arrived);
+}
+
+/// A robot that is pushed off its goal after it has arrived.
+#[test]
+fn who_leaves_its_goal_has_not_arrived_until_it_is_back() {
+    use protocol::world_to_robot::Odometry;
+    let mut scenario = one();
+    scenario.robots.push(robot(1, [0.0, 5.0], [9.0, 5.0]));
+    let mut driver = Driver::new(&scenario);
+    driver.until(20);
+    let step = |driver: &mut Driver, x: f64| {
+        driver.world.open(&mut |_| true);
+        driver.world.close(&mut |seat| {
+            Some(planners::Drive::Velocity(nalgebra::Vector2::new(if seat.slot == 0 { x } else { 0.0 }, 0.0)))
+        });
+        let outcome = driver.world.outcome().robots.remove(0);
+        assert_eq!(driver.world.odometry(0).has(Odometry::FLAG_ARRIVED), outcome.arrived);
+        assert_eq!(outcome.time_s.is_some(), outcome.arrived);
+        outcome
+    };
+    let outcome = step(&mut driver, 0.0);
+    assert_eq!((outcome.arrived, outcome.time_s, outcome.goals_done), (true, Some(2.0), 1));
+    assert!(step(&mut driver, 0.4).arrived, "still within the tolerance");
+    let off = step(&mut driver, 1.0);
+    assert_eq!((off.arrived, off.goals_done, off.stall), (false, 1, None));
+    assert!((off.final_distance_m.unwrap() - 0.14).abs() < 1e-9);
+    assert_eq!(driver.world.odometry(0).goals_left, 1, "it is to go back");
+    // Back again: the time and the path are those of the arrival that lasts, the goal is done once.
+    let back = step(&mut driver, -1.0);
+    assert_eq!((back.arrived, back.arrived_tick, back.goals_done), (true, Some(24), 1));
+    assert!((back.path_length_m - 2.24).abs() < 1e-9);
+    // A task that comes while it is off its goal is not kept waiting for it.
+    step(&mut driver, 1.0);
+    driver.world.order(Order::Task { task: 1, slot: 0, goal_m: [2.0, 1.0], yaw_rad: None, now: false });
+    step(&mut driver, 0.0);
+    assert_eq!((driver.world.odometry(0).goal_y_m, driver.world.odometry(0).goals_left), (1.0, 1));
+    let events = driver.world.outcome().events;
+    let kinds = |kind: &str| events.iter().filter(|event| event.kind == kind && event.slot == Some(0)).count();
+    assert_eq!((kinds("arrived"), kinds("off-goal")), (1, 2));
+}
+
+#[test]
+fn a_goal_that_moves_is_caught_once_and_for_all() {
+    let mut scenario = one();
+    scenario.robots.push(robot(1, [0.0, 5.0], [9.0, 5.0]));
+    let points = vec![Point2::new(2.0, 0.0), Point2::new(9.0, 0.0)];
+    scenario.robots[0].goal_motion = Some(Motion::Waypoints { points, speed_mps: 0.5, then: scenarios::AtEnd::Stop });
+    let mut world = shoal_world_sim::World::new(&scenario);
+    for _ in 0..80 {
+        world.open(&mut |_| true);
+        let speed = if world.outcome().robots[0].arrived { 0.0 } else { 1.0 };
+        world.close(&mut |_| Some(planners::Drive::Velocity(nalgebra::Vector2::new(speed, 0.0))));
+    }
+    let robot = world.outcome().robots.remove(0);
+    assert!(robot.arrived && robot.final_distance_m.unwrap() > 1.0, "{robot:?}");
 }

@@ -1,0 +1,203 @@
+//! Whether a robot that has not arrived still gets on.
+//!
+//! A robot makes progress when its shortest free way to its goal becomes shorter, or when it really gets from one place
+//! to another, as on a long way round. The path that it drives says neither: robots that push each other drive all the
+//! time, and a slow one may be nearly there. So both are looked at over a window before the end of the run:
+//!
+//! - *standing*: over the last [`STANDING_S`], less than 5 % of what its greatest speed allows was driven;
+//! - *no progress*: over the same window (of a robot that drives: over the last [`DRIVING_S`], because whoever wanders to and
+//!   fro takes longer to come back), no goal was reached, the remaining way fell by less than 5 % of the path driven and
+//!   less than a body's radius (or what 5 % of the greatest speed allows, if that is less), and less than half of the path
+//!   driven was net displacement.
+//!
+//! Standing without progress is a deadlock. Driving without progress is an oscillation when the direction of driving is
+//! reversed (a turn of more than 90 degrees from one tick in motion to the next) at least once in [`REVERSAL_S`], else a
+//! livelock. Whether a robot stands because its planner still computes cannot be known here: the world sees commands only.
+
+use nalgebra::{Point2, Vector2};
+use protocol::world_to_daemon::Stall;
+use std::collections::VecDeque;
+
+/// The window for robots that stand, s.
+const STANDING_S: f64 = 10.0;
+/// The window for robots that drive, s.
+const DRIVING_S: f64 = 30.0;
+/// A robot that reverses more often than once in this time oscillates, s.
+const REVERSAL_S: f64 = 2.0;
+/// Time between two marks, s, or a tick if that is longer.
+const STEP_S: f64 = 0.25;
+/// Less than this share of the greatest speed, or of the path driven, is nothing.
+const SHARE: f64 = 0.05;
+
+/// Where a robot was and what it had done at one tick.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    tick: u64,
+    position: Point2<f64>,
+    path_m: f64,
+    goals_done: u32,
+    reversals: u32,
+}
+
+/// What the robot can do, and how large it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scale {
+    /// Its greatest speed, m/s.
+    pub(crate) speed_mps: f64,
+    /// Radius of its body, or the tolerance of its goal if that is more, m.
+    pub(crate) size_m: f64,
+}
+
+/// The last [`DRIVING_S`] of a robot, some marks a second.
+pub(crate) struct Trail {
+    dt_s: f64,
+    every_ticks: u64,
+    capacity: usize,
+    marks: VecDeque<Mark>,
+    /// The last velocity other than zero, m/s.
+    heading: Vector2<f64>,
+    reversals: u32,
+}
+
+impl Trail {
+    pub(crate) fn new(dt_s: f64) -> Trail {
+        let every_ticks = (STEP_S / dt_s).round().max(1.0);
+        let capacity = (DRIVING_S / (every_ticks * dt_s)).ceil() as usize + 1;
+        let marks = VecDeque::with_capacity(capacity);
+        Trail { dt_s, every_ticks: every_ticks as u64, capacity, marks, heading: Vector2::zeros(), reversals: 0 }
+    }
+
+    /// It drove a tick, and at this velocity in the end.
+    pub(crate) fn drove(&mut self, velocity: Vector2<f64>) {
+        if velocity.x != 0.0 || velocity.y != 0.0 {
+            self.reversals += u32::from(velocity.dot(&self.heading) < 0.0);
+            self.heading = velocity;
+        }
+    }
+
+    /// Time goes on: where the robot is at this tick, what it has driven, and how many goals it has reached.
+    pub(crate) fn pass(&mut self, tick: u64, position: Point2<f64>, path_m: f64, goals_done: u32) {
+        if self.marks.is_empty() || tick.is_multiple_of(self.every_ticks) {
+            if self.marks.len() == self.capacity {
+                self.marks.pop_front();
+            }
+            self.marks.push_back(Mark { tick, position, path_m, goals_done, reversals: self.reversals });
+        }
+    }
+
+    /// Whether the robot, which has not arrived, gets nowhere; `remaining_m` says how long the shortest way from a place to
+    /// its goal is. Before it was in the world for a whole window, what there is counts.
+    pub(crate) fn stall(
+        &self,
+        tick: u64,
+        position: Point2<f64>,
+        path_m: f64,
+        goals_done: u32,
+        scale: Scale,
+        remaining_m: &mut dyn FnMut(Point2<f64>) -> f64,
+    ) -> Option<Stall> {
+        let since = |window_s: f64| {
+            let age_s = |mark: &Mark| tick.saturating_sub(mark.tick) as f64 * self.dt_s;
+            // Half a tick of room: the beginning of the window itself is in it.
+            self.marks.iter().find(|mark| age_s(mark) <= window_s + 0.5 * self.dt_s).filter(|mark| mark.tick < tick)
+        };
+        let could_m = |from: &Mark| SHARE * scale.speed_mps * (tick - from.tick) as f64 * self.dt_s;
+        let recent = since(STANDING_S)?;
+        let stands = path_m - recent.path_m < could_m(recent);
+        let from = if stands { recent } else { since(DRIVING_S)? };
+        let (driven_m, moved_m) = (path_m - from.path_m, (position - from.position).norm());
+        if goals_done > from.goals_done || !stands && moved_m >= 0.5 * driven_m {
+            return None;
+        }
+        let gained_m = remaining_m(from.position) - remaining_m(position);
+        // A robot without speed gains nothing, and that is no progress.
+        if gained_m > 0.0 && gained_m >= scale.size_m.min(could_m(from)).max(SHARE * driven_m) {
+            return None;
+        }
+        let reversals_max = ((tick - from.tick) as f64 * self.dt_s / REVERSAL_S).max(2.0);
+        Some(match stands {
+            true => Stall::Deadlocked,
+            false if f64::from(self.reversals - from.reversals) >= reversals_max => Stall::Oscillating,
+            false => Stall::Livelocked,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCALE: Scale = Scale { speed_mps: 1.0, size_m: 0.25 };
+    const GOAL: f64 = 50.0;
+
+    /// What is said of a robot whose goal is 50 m up the x axis when it drives at these velocities, by time, at 20 Hz.
+    fn judged(duration_s: f64, scale: Scale, velocity: impl Fn(f64) -> [f64; 2]) -> Option<Stall> {
+        let dt_s = 0.05;
+        let (mut trail, mut position, mut path_m) = (Trail::new(dt_s), Point2::origin(), 0.0);
+        let ticks = (duration_s / dt_s).round() as u64;
+        trail.pass(0, position, 0.0, 0);
+        for tick in 1..=ticks {
+            let v = Vector2::from(velocity(tick as f64 * dt_s));
+            position += v * dt_s;
+            path_m += v.norm() * dt_s;
+            trail.drove(v);
+            trail.pass(tick, position, path_m, 0);
+        }
+        let goal = Point2::new(GOAL, 0.0);
+        trail.stall(ticks, position, path_m, 0, scale, &mut |p| (goal - p).norm())
+    }
+
+    #[test]
+    fn who_gets_on_is_not_stalled() {
+        assert_eq!(judged(20.0, SCALE, |_| [1.0, 0.0]), None);
+        // Slowly, as its planner wants it, although the body could go much faster.
+        assert_eq!(judged(20.0, Scale { speed_mps: 25.0, ..SCALE }, |_| [1.0, 0.0]), None);
+        // A slow body at its greatest speed.
+        assert_eq!(judged(20.0, Scale { speed_mps: 0.01, ..SCALE }, |_| [0.01, 0.0]), None);
+        // Away from the goal, but far: the long way round.
+        assert_eq!(judged(40.0, SCALE, |_| [-1.0, 0.3]), None);
+        // A zigzag that gets on.
+        assert_eq!(judged(40.0, SCALE, |t| [0.3, if t as u64 % 2 == 0 { 0.9 } else { -0.9 }]), None);
+        // Nothing is known of a robot that has just come.
+        assert_eq!(judged(0.0, SCALE, |_| [0.0, 0.0]), None);
+    }
+
+    #[test]
+    fn standing_is_a_deadlock() {
+        assert_eq!(judged(20.0, SCALE, |t| [if t < 10.0 { 1.0 } else { 0.0 }, 0.0]), Some(Stall::Deadlocked));
+        assert_eq!(judged(3.0, SCALE, |_| [0.0, 0.0]), Some(Stall::Deadlocked));
+        // Creeping and trembling are standing.
+        assert_eq!(judged(20.0, SCALE, |_| [0.001, 0.0]), Some(Stall::Deadlocked));
+        let tremble = |t: f64| [0.0, if (t * 20.0) as u64 % 2 == 0 { 0.04 } else { -0.04 }];
+        assert_eq!(judged(20.0, SCALE, tremble), Some(Stall::Deadlocked));
+        assert_eq!(judged(20.0, Scale { speed_mps: 0.0, size_m: 0.0 }, |_| [0.0, 0.0]), None, "it could not do more");
+    }
+
+    #[test]
+    fn driving_without_progress_is_a_livelock() {
+        // Round and round, to and fro in long legs, and a long way that comes back.
+        assert_eq!(judged(60.0, SCALE, |t| [t.cos(), t.sin()]), Some(Stall::Livelocked));
+        for end_s in [40.0, 43.0, 47.0, 51.0, 55.0] {
+            let legs = |t: f64| [0.0, if t as u64 / 5 % 2 == 0 { 1.0 } else { -1.0 }];
+            assert_eq!(judged(end_s, SCALE, legs), Some(Stall::Livelocked), "{end_s} s");
+        }
+    }
+
+    #[test]
+    fn reversing_all_the_time_is_an_oscillation() {
+        for reversals_a_tick in [1.0, 3.0, 20.0] {
+            let jitter = |t: f64| [if (t * 20.0 / reversals_a_tick) as u64 % 2 == 0 { 0.8 } else { -0.8 }, 0.1];
+            let slow = |t: f64| [jitter(t)[0], 0.0];
+            assert_eq!(judged(40.0, SCALE, slow), Some(Stall::Oscillating), "every {reversals_a_tick} ticks");
+        }
+    }
+
+    #[test]
+    fn a_goal_reached_in_the_window_is_progress() {
+        let mut trail = Trail::new(0.1);
+        for tick in 0..=100 {
+            trail.pass(tick, Point2::origin(), 0.0, u32::from(tick > 50));
+        }
+        assert_eq!(trail.stall(100, Point2::origin(), 0.0, 1, SCALE, &mut |_| 5.0), None);
+    }
+}
