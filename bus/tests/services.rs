@@ -179,7 +179,8 @@ fn notices_wake_the_daemon_once_per_batch() {
 fn notices_outlast_a_daemon_that_does_not_read() {
     let fleet = fleet();
     let mut sender = NoticeSender::open(&fleet.other).unwrap();
-    let log = |tick| Notice::Log(Event { tick, kind: "contact".into(), slot: Some(1), detail: "x".repeat(90) });
+    let log =
+        |tick| Notice::Log(Event { tick, kind: "contact".into(), slot: Some(1), detail: "x".repeat(90), touch: None });
     for tick in 0..8192 {
         sender.send(&log(tick));
     }

@@ -17,6 +17,7 @@ pub mod text;
 pub use assemble::assemble;
 pub(crate) use layout::{Column, Page, cut, table};
 
+use planners::PlanState;
 use protocol::Seat;
 use protocol::world_to_daemon::Outcome;
 use scenarios::{Mode, Scenario};
@@ -375,6 +376,9 @@ pub struct RobotReport {
     /// From where it was last to its present or last goal, m; null if it never was in the world.
     #[serde(default)]
     pub final_distance_m: Option<f64>,
+    /// Whether its planner had a plan at the end: `ready`, `planning` or `gave-up`.
+    #[serde(default)]
+    pub planner_state: PlanState,
     /// Log dimensionless jerk, 0 is best.
     pub ldj: Option<f64>,
     /// Why it was not there at the end: `left`, `dropped`, `dead`, or `never-joined`.

@@ -2,6 +2,7 @@
 
 use crate::Seat;
 use crate::daemon_to_world::Ticket;
+use planners::PlanState;
 use serde::{Deserialize, Serialize};
 
 /// Something that the daemon acts on while the run goes on.
@@ -150,6 +151,8 @@ pub struct RobotOutcome {
     pub final_distance_m: Option<f64>,
     /// It has not arrived and takes part, but gets nowhere.
     pub stall: Option<Stall>,
+    /// Whether its method had a plan at the end.
+    pub plan: PlanState,
     /// Smoothness (log dimensionless jerk), 0 is best; `None` for a robot that never moved.
     pub ldj: Option<f64>,
     /// It was taken out: dropped, dead for good, or left.

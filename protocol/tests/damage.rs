@@ -15,7 +15,7 @@ use shoal_protocol::daemon_to_robot::AgentSpec;
 use shoal_protocol::daemon_to_world::{Absence, Order, Ticket};
 use shoal_protocol::operator_to_daemon::{NewRobot, Reply, Request, RobotStatus, Status};
 use shoal_protocol::record::{Ending, Header};
-use shoal_protocol::world_to_daemon::{Event, Notice, Outcome, RobotOutcome};
+use shoal_protocol::world_to_daemon::{Event, Notice, Outcome, RobotOutcome, Touch};
 
 /// A type that is decoded from bytes of another process or of a file.
 struct Kind {
@@ -54,7 +54,13 @@ fn kinds() -> Vec<Kind> {
     let text = || "r03".to_owned();
     let scenarios = ["mixed", "moving-obstacles", "tasks", "arm-1"].map(scenario);
     let robot = || Box::new(scenarios[0].template.clone());
-    let event = || Event { tick: 300, kind: text(), slot: Some(3), detail: text() };
+    let event = || Event {
+        tick: 300,
+        kind: text(),
+        slot: Some(3),
+        detail: text(),
+        touch: Some(Touch { t_s: 6.0, at_m: [0.5, -2.0] }),
+    };
     let robots = vec![RobotOutcome { time_s: Some(1.5), gone: Some(text()), ..RobotOutcome::default() }; 2];
     let outcome = || Outcome { robots: robots.clone(), events: vec![event(); 2], ..Outcome::default() };
     let robot_status = RobotStatus { id: text(), pid: Some(70_000), goal_m: [0.0, 1e300], ..RobotStatus::default() };

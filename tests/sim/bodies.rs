@@ -198,3 +198,19 @@ fn robots_go_round() {
     let guard = &recording.outcome.robots[1];
     assert!(guard.arrived && guard.tasks_done == 1 && guard.rounds_done > 100, "{guard:?}");
 }
+
+/// A method that finds no way says so: in an event, in the robot's row, and it is not taken for a deadlock while it looks.
+#[test]
+fn a_method_that_finds_no_way_says_so() {
+    // The goal stands in a ring of walls.
+    let text = "[clock]\nduration_s = 20\n[defaults]\nplanner = \"liquid\"\nknows_map = true\n[[robot]]\nid = \"a\"\n\
+                start_m = [-4, 0]\ngoal_m = [4, 0]\n[[obstacle]]\nshape = \"polygon\"\n\
+                corners_m = [[2, -2], [6, -2], [6, -1.6], [2.4, -1.6], [2.4, 1.6], [6, 1.6], [6, 2], [2, 2]]\n\
+                [[obstacle]]\nshape = \"segment\"\nfrom_m = [5.6, -2]\nto_m = [5.6, 2]\n";
+    let scenario = parse("ring", text, &Overrides::default()).unwrap();
+    let outcome = shoal::single::run(&scenario, &mut |_, _| std::ops::ControlFlow::Continue(())).unwrap();
+    let robot = &outcome.robots[0];
+    assert!(!robot.arrived);
+    assert_eq!(robot.plan, planners::PlanState::GaveUp, "{robot:?}");
+    assert!(outcome.events.iter().any(|event| event.kind == "gave-up" && event.slot == Some(0)));
+}

@@ -4,6 +4,7 @@ use super::{
     EventReport, LatencyFacts, LatencyReport, OutcomeReport, ProcessFacts, ProcessScheduling, Report, ResourcesReport,
     RobotReport, RunFacts, SCHEMA, SchedulingReport, judge,
 };
+use planners::PlanState;
 use protocol::world_to_daemon::{RobotOutcome, Stall};
 use scenarios::{Class, Mode, Processes, Scheduling};
 use std::collections::BTreeMap;
@@ -135,6 +136,7 @@ fn robot_report(facts: &RunFacts, slot: usize, fate: &RobotOutcome) -> RobotRepo
         deadlocked: fate.stall == Some(Stall::Deadlocked),
         state: state_of(fate).to_owned(),
         final_distance_m: fate.final_distance_m,
+        planner_state: fate.plan,
         ldj: fate.ldj,
         gone: fate.gone.clone(),
     }
@@ -145,6 +147,8 @@ fn state_of(fate: &RobotOutcome) -> &'static str {
     match (fate.stall, &fate.gone) {
         _ if fate.arrived => "arrived",
         (_, Some(_)) => "gone",
+        // Why it does not get on, if it does not.
+        _ if fate.plan != PlanState::Ready => fate.plan.word(),
         (Some(stall), None) => stall.word(),
         (None, None) => "under-way",
     }

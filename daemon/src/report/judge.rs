@@ -184,7 +184,7 @@ pub fn exit_code(failed: bool, interrupted: bool, expectations_met: bool, timed_
 }
 
 /// The first few names, and how many more.
-fn some_of(names: Vec<&str>) -> String {
+pub(crate) fn some_of(names: Vec<&str>) -> String {
     const NAMED_MAX: usize = 8;
     let shown = names[..names.len().min(NAMED_MAX)].join(", ");
     match names.len().saturating_sub(NAMED_MAX) {

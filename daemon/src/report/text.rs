@@ -2,6 +2,7 @@
 
 pub use super::layout::Style;
 
+use super::judge;
 use super::layout::{Column, Page, table};
 use super::{
     Blame, LatencyReport, Percentiles, ProcessScheduling, Report, RobotReport, SchedulingReport, Verdict, judge::plural,
@@ -9,6 +10,7 @@ use super::{
 use crate::numbers::{clearance, fixed};
 use crate::{exit, scheduling};
 use bus::Cause;
+use planners::PlanState;
 use protocol::world_to_daemon::Stall;
 use scenarios::Mode;
 
@@ -200,6 +202,14 @@ fn outcome(page: &mut Page, report: &Report) {
         arrived += &format!(", {count} {}", stall.word());
     }
     page.row("arrived", &arrived);
+    for state in [PlanState::Planning, PlanState::GaveUp] {
+        let robots = report.per_robot.iter().filter(|robot| robot.planner_state == state && !robot.arrived);
+        let names: Vec<&str> = robots.map(|robot| robot.id.as_str()).collect();
+        if !names.is_empty() {
+            let what = if state == PlanState::GaveUp { "gave up" } else { "still planning" };
+            page.row("no plan", &format!("{}: {what}", judge::some_of(names)));
+        }
+    }
     if let (Some(mean_s), Some(flowtime_s)) = (outcome.mean_time_s, outcome.flowtime_s) {
         let makespan =
             outcome.makespan_s.map_or_else(String::new, |makespan_s| format!("makespan {makespan_s:.2} s, "));

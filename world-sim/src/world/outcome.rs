@@ -6,6 +6,7 @@ use crate::progress::Scale;
 use crate::referee::Referee;
 use crate::shortest::Map;
 use nalgebra::Point2;
+use planners::PlanState;
 use protocol::world_to_daemon::{Outcome, RobotOutcome, Stall};
 use scenarios::Robot;
 
@@ -66,7 +67,10 @@ impl World {
             final_distance_m: presence.joined.map(|_| referee.distance_m(self.bodies[slot].pose.position)),
             stall: Some(referee)
                 .filter(|_| arrival.is_none() && matches!(presence.state, State::Present { .. }))
+                // A method that is still looking for a way waits on purpose.
+                .filter(|_| self.plans[slot] != PlanState::Planning)
                 .and_then(|referee| self.stall(robot, slot, referee, map)),
+            plan: self.plans[slot],
             ldj: referee.ldj(),
             gone: presence.gone().or(never_entered).map(str::to_owned),
         }
