@@ -112,14 +112,10 @@ fn a_wrapped_agent_is_stopped_shown_and_gone_with_its_daemon() {
 #[test]
 fn a_wrapper_that_does_not_stay_is_told_so() {
     let dir = TempDir::new().unwrap();
-    let words = dir.path().join("words");
-    let text = format!("#!/bin/sh\nsetsid sh -c 'sleep 0.2; {SHOAL} agent $* 2> {}' x \"$@\" &\n", words.display());
+    let text = format!("#!/bin/sh\nsetsid {SHOAL} agent \"$@\" &\n");
     let leaves = script(dir.path(), "leaves", &text);
     let ended = Run::scenario(&wrapped(2, 1.0, &leaves)).mode("lockstep").finish().expect(1);
     impaired(&ended, &["b was not-started", "a wrapper has to stay"]);
-    let said =
-        wait_for("the agent's words", || std::fs::read_to_string(&words).ok().filter(|said| said.contains("hint")));
-    assert!(said.contains("daemon") || said.contains("fleet"), "{said}");
 }
 
 #[test]

@@ -58,7 +58,7 @@ fn a_process_that_cannot_be_reaped_does_not_hold_up_the_end() {
     }
     signal(fleet.daemon(), Signal::INT);
     let ended = fleet.wait().expect(130);
-    assert!(ended.stderr.contains(&format!("process {agent} was killed and does not end")), "{ended}");
+    assert!(ended.stderr.contains(&format!("process {agent} was killed but does not exit")), "{ended}");
     assert_eq!(ended.report["per_robot"].as_array().unwrap().len(), 3, "{ended}");
     drop(let_go);
     tracer.join().unwrap();
