@@ -117,6 +117,7 @@ fn a_robot_can_be_added_to_a_fleet_in_lockstep() {
 fn an_order_about_nobody_silences_nobody() {
     let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(2, 1.0));
     let run = Run::scenario(&scenario).mode("realtime").set("world.y_m=[-4, 8]").set("fleet.max_robots=3");
+    let run = run.set("defaults.restart=\"on-failure\"").set("defaults.restart_delay_s=0.1");
     let mut fleet = run.set("fleet.command_timeout_s=30").start();
     let (root, id, daemon) = (fleet.root(), fleet.id(), fleet.daemon());
     fleet.wait_tick(1);
@@ -125,6 +126,7 @@ fn an_order_about_nobody_silences_nobody() {
     let node = Node::new(&fleet.address(), "test").unwrap();
     let mut orders = OrderSender::open(&node).unwrap();
     for (slot, incarnation) in [(2, 0), (0, 7), (1, 1), (999, 0), (u32::MAX, u32::MAX)] {
+        // The next life of `b` is among them, and the robot that is added below.
         let died = Absence::Died { signal: Some(9), code: None, words: String::new() };
         orders.send(&Order::Absent { seat: Seat { slot, incarnation }, cause: died }).unwrap();
     }
@@ -135,13 +137,17 @@ fn an_order_about_nobody_silences_nobody() {
     signal(daemon, Signal::CONT);
 
     shoal(&["add", "--fleet", &id, "--id", "late", "--start", "0,-2", "--goal", "1,-2"]).expect(0);
+    signal(fleet.agent(1), Signal::KILL);
+    fleet.wait_said("b restarted: incarnation 1");
     let gate = fleet.gate();
     wait_for("all to arrive", || (gate.progress().arrived == 3).then_some(()));
     signal(daemon, Signal::INT);
     let ended = fleet.wait().expect(130);
     assert!(["a", "b", "late"].iter().all(|id| ended.arrived(id)), "{ended}");
     let kinds = ended.report["events"].as_array().unwrap().iter().map(|event| event["kind"].as_str().unwrap());
-    assert!(kinds.into_iter().all(|kind| ["joined", "arrived"].contains(&kind)), "{ended}");
+    assert_eq!(kinds.clone().filter(|kind| *kind == "died").count(), 1, "{ended}");
+    let mut kinds = kinds.filter(|kind| *kind != "died");
+    assert!(kinds.all(|kind| ["joined", "restarted", "arrived"].contains(&kind)), "{ended}");
     assert_clean(&root);
 }
 
