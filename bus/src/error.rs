@@ -44,6 +44,7 @@ impl BusError {
             Some(rustix::io::Errno::NOSPC | rustix::io::Errno::DQUOT) => {
                 "shared memory is full: `shoal clean` removes what dead fleets left, or enlarge /dev/shm"
             }
+            Some(rustix::io::Errno::FBIG) => "raise the limit on the size of files (`ulimit -f`)",
             Some(rustix::io::Errno::MFILE | rustix::io::Errno::NFILE) => "raise the limit on open files (`ulimit -n`)",
             Some(rustix::io::Errno::ACCESS | rustix::io::Errno::PERM | rustix::io::Errno::ROFS) => {
                 "shared memory must be writable for this user: see `shoal doctor`"

@@ -85,6 +85,18 @@ fn parent_of(pid: u32) -> Option<u32> {
     text.rsplit_once(')')?.1.split_ascii_whitespace().nth(1)?.parse().ok()
 }
 
+/// Leaves the end of this process to its daemon: signals that ask a whole fleet to end (a service manager sends them to
+/// every process at once) are for the daemon, which ends the others when the result is safe. A file that has become as
+/// large as it may be is an error of the write, and does not kill.
+///
+/// Processes that a daemon starts have inherited all of this; here it is for those behind a wrapper that took it back.
+pub fn leave_ending_to_daemon() {
+    for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGXFSZ] {
+        // SAFETY: ignoring a signal runs no code of ours; the numbers are those of real signals.
+        unsafe { libc::signal(signal, libc::SIG_IGN) };
+    }
+}
+
 /// Gives the kernel back the stack below the caller's frame. iceoryx2 opens services with some 150 KiB of it, which a
 /// robot's loop never comes near again. It takes some 0.1 ms, so it has no place in a period. Where the kernel does not
 /// say where the stack is, nothing happens.

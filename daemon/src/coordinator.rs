@@ -55,6 +55,13 @@ pub enum Action {
     Reply(Ticket, Reply),
     /// Tell whoever watches.
     Say(String),
+    /// Tell whoever watches of something of this kind, of which there may be many.
+    News {
+        /// The kind of the event.
+        kind: String,
+        /// The event, in words.
+        line: String,
+    },
     /// End every process of the fleet at once.
     KillFleet,
 }
@@ -205,7 +212,7 @@ impl Coordinator {
             Notice::Log(event) => {
                 if is_news(&event) {
                     let line = describe(&self.scenario, &event);
-                    self.actions.push(Action::Say(line));
+                    self.actions.push(Action::News { kind: event.kind, line });
                 }
             }
         }

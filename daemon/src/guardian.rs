@@ -74,6 +74,7 @@ fn wait_for_end(address: &Address) {
 /// # Errors
 /// When shared memory cannot be removed.
 pub fn main(root: &Path) -> Result<(), Failure> {
+    bus::process::leave_ending_to_daemon();
     let Ok(address) = Address::at(root) else { return Ok(()) };
     // While the guardian lives nobody else takes the fleet for abandoned.
     let lease = Lease::take(&address)?;

@@ -8,6 +8,18 @@ use shoal::{out, verbs};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    match shoal::own_limits::prepare() {
+        Ok(()) => obey(),
+        Err(failure) => {
+            out::fail(&failure);
+            ended(failure.code)
+        }
+    }
+}
+
+/// Not a part of `main`: its frame needs more stack than there may be.
+#[inline(never)]
+fn obey() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {

@@ -1,19 +1,36 @@
 //! Standard output and standard error. Whoever reads our output may stop reading: that is no error of ours.
 
 use crate::exit::Failure;
+use crate::{signals, talk};
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::Errno;
 use rustix::termios;
-use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::io::{self, ErrorKind, IsTerminal};
 
 /// Writes data to standard output. A reader that has gone away (`| head -1`) is not an error.
 pub fn data(text: &str) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+    match signals::ending_at_once(|| write_all(text.as_bytes())) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             Err(Failure::environment(format!("standard output: cannot write: {error}"))
                 .hint("is the disk full? give the output another place"))
         }
         _ => Ok(()),
     }
+}
+
+/// Writes all of it, and waits for the reader even where somebody has made the pipe one that does not wait.
+fn write_all(mut text: &[u8]) -> io::Result<()> {
+    let stdout = rustix::stdio::stdout();
+    while !text.is_empty() {
+        match rustix::io::write(stdout, text) {
+            Ok(0) => return Err(ErrorKind::WriteZero.into()),
+            Ok(written) => text = &text[written..],
+            Err(Errno::INTR) => {}
+            Err(Errno::AGAIN) => _ = poll(&mut [PollFd::new(&stdout, PollFlags::OUT)], None),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(())
 }
 
 /// Writes a value as JSON, with a newline at the end, to standard output.
@@ -28,9 +45,9 @@ pub fn measured(value: &impl serde::Serialize) -> Result<(), Failure> {
     json(&crate::numbers::json(value))
 }
 
-/// Says something on standard error. Nothing can be done if that fails.
+/// Says something on standard error, if it can be written now.
 pub fn talk(line: &str) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
+    talk::lines(&format!("{line}\n"));
 }
 
 /// Whether to colour what goes to a stream.
@@ -68,5 +85,5 @@ fn columns(stream: impl std::os::fd::AsFd) -> Option<usize> {
 
 /// Says why something failed, and the way out, on standard error.
 pub fn fail(failure: &Failure) {
-    talk(failure.render(stderr_colored()).trim_end());
+    talk::last(&failure.render(stderr_colored()));
 }

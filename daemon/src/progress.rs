@@ -1,7 +1,7 @@
 //! How a run is getting on, on standard error: one line that changes on a terminal, a line now and then elsewhere.
 
-use crate::out;
-use std::io::{self, Write};
+use crate::repeats::Repeats;
+use crate::{out, talk};
 use std::time::{Duration, Instant};
 
 /// On a terminal the line changes at most this often.
@@ -40,6 +40,8 @@ pub struct Progress {
     shown: Option<Instant>,
     /// The line that is on the terminal now, to be drawn again below an event.
     line: String,
+    began: Instant,
+    repeats: Repeats,
 }
 
 impl Progress {
@@ -48,13 +50,24 @@ impl Progress {
         let terminal = out::stderr_terminal_width().is_some();
         // Elsewhere short runs have no progress: the first line comes after a while.
         let shown = if terminal { None } else { Some(now()) };
-        Progress { frame: Frame { ticks_max, tick_hz }, terminal, robots: total_robots, shown, line: String::new() }
+        Progress {
+            frame: Frame { ticks_max, tick_hz },
+            terminal,
+            robots: total_robots,
+            shown,
+            line: String::new(),
+            began: now(),
+            repeats: Repeats::default(),
+        }
     }
 
     /// Shows the state, if it is time to.
     pub fn update(&mut self, state: &ProgressState) {
         let every = if self.terminal { TERMINAL_EVERY } else { PLAIN_EVERY };
         let now = now();
+        if let Some(sum) = self.repeats.sum(now.duration_since(self.began)) {
+            self.event(&sum);
+        }
         if self.shown.is_some_and(|shown| now.duration_since(shown) < every) {
             return;
         }
@@ -67,22 +80,33 @@ impl Progress {
         // The size may change while the run goes on; the last column stays free, some terminals wrap when it is used.
         let width = out::stderr_terminal_width().unwrap_or(80).saturating_sub(1);
         self.line = fit(line, width);
-        write(&format!("\r\x1b[2K{}", self.line));
+        talk::paint(&format!("\r\x1b[2K{}", self.line));
     }
 
     /// Says that something happened, in a line of its own.
     pub fn event(&mut self, text: &str) {
         if self.terminal {
-            write(&format!("\r\x1b[2K{text}\n{}", self.line));
+            talk::lines(&format!("\r\x1b[2K{text}\n"));
+            talk::paint(&self.line);
         } else {
             out::talk(text);
         }
     }
 
+    /// Says that an event of this kind happened; those that repeat are summed up.
+    pub fn news(&mut self, kind: &str, text: &str) {
+        if self.repeats.tell(kind, now().duration_since(self.began)) {
+            self.event(text);
+        }
+    }
+
     /// Takes the line away. Nothing is shown after this.
     pub fn finish(&mut self) {
+        if let Some(sum) = self.repeats.rest() {
+            self.event(&sum);
+        }
         if self.terminal && !self.line.is_empty() {
-            write("\r\x1b[2K");
+            talk::paint("\r\x1b[2K");
         }
         self.line.clear();
     }
@@ -122,13 +146,13 @@ impl Live {
         }
         let width = out::stderr_terminal_width().unwrap_or(80).saturating_sub(1);
         self.line = fit(what.to_owned(), width);
-        write(&format!("\r\x1b[2K{}", self.line));
+        talk::paint(&format!("\r\x1b[2K{}", self.line));
     }
 
     /// Takes the line away.
     pub fn finish(&mut self) {
         if self.terminal && !self.line.is_empty() {
-            write("\r\x1b[2K");
+            talk::paint("\r\x1b[2K");
         }
         self.line.clear();
     }
@@ -149,11 +173,6 @@ impl Drop for Live {
 #[expect(clippy::disallowed_methods, reason = "progress is for people, who live in real time")]
 fn now() -> Instant {
     Instant::now()
-}
-
-fn write(text: &str) {
-    let mut stderr = io::stderr().lock();
-    let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
 }
 
 /// The state in one line, the most important first: a narrow terminal cuts the end.

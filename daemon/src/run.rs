@@ -101,7 +101,7 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran
             if let Notice::Log(event) = notice
                 && coordinator::is_news(event)
             {
-                progress.event(&coordinator::describe(&scenario, event));
+                progress.news(&event.kind, &coordinator::describe(&scenario, event));
             }
         }
         if world.tick().is_multiple_of(TICKS_PER_LOOK) {
@@ -171,6 +171,10 @@ impl Watch for Terminal {
 
     fn say(&mut self, line: &str) {
         self.0.event(line);
+    }
+
+    fn news(&mut self, kind: &str, line: &str) {
+        self.0.news(kind, line);
     }
 }
 

@@ -1,95 +1,168 @@
 //! Signals as something to look at: what arrived since the last look, and a file descriptor to sleep on.
 
-use crate::exit::Failure;
-use signal_hook::SigId;
+use crate::exit::{self, Failure};
+use libc::{SIG_DFL, SIG_IGN, sigaction, sigset_t};
 use signal_hook::consts::{SIGCHLD, SIGHUP, SIGINT, SIGTERM};
-use std::io::{self, Read};
+use std::ffi::c_int;
+use std::io;
 use std::mem::MaybeUninit;
-use std::os::fd::{AsFd, BorrowedFd};
-use std::os::unix::net::UnixStream;
+use std::os::fd::{AsFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 /// The signals that ask for the end.
 pub const ENDINGS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 
+/// This process has minded one of [`ENDINGS`]: what they do by default is not what people expect of it any more.
+static MINDED: AtomicBool = AtomicBool::new(false);
+
+/// Those that were not ignored when this process was started. One that was (SIGHUP under `nohup`, SIGINT of a shell's
+/// background job) is not for us: it stays ignored.
+fn minded() -> Vec<i32> {
+    MINDED.store(true, SeqCst);
+    ENDINGS.into_iter().filter(|signal| disposition(*signal).sa_sigaction != SIG_IGN).collect()
+}
+
+/// What this process does with a signal.
+fn disposition(signal: i32) -> sigaction {
+    let mut now = MaybeUninit::<sigaction>::zeroed();
+    // SAFETY: asks only; the number is that of a real signal, so the kernel fills in the structure, which may be all zero.
+    unsafe {
+        sigaction(signal, std::ptr::null(), now.as_mut_ptr());
+        now.assume_init()
+    }
+}
+
+fn set_disposition(signal: i32, to: &sigaction) {
+    // SAFETY: `to` is what the kernel gave, or is made here from a constant or an async-signal-safe function.
+    unsafe { sigaction(signal, to, std::ptr::null_mut()) };
+}
+
+/// A disposition without flags: `SIG_IGN`, `SIG_DFL`, or the address of a handler.
+fn plain(handler: libc::sighandler_t) -> sigaction {
+    // SAFETY: a structure of integers and a set that is empty when it is zero.
+    let mut plain: sigaction = unsafe { std::mem::zeroed() };
+    plain.sa_sigaction = handler;
+    plain
+}
+
+fn set_of(signals: &[i32]) -> sigset_t {
+    let mut set = MaybeUninit::<sigset_t>::uninit();
+    // SAFETY: sigemptyset initialises the set, the rest changes it; the numbers are those of real signals.
+    unsafe {
+        libc::sigemptyset(set.as_mut_ptr());
+        for signal in signals {
+            libc::sigaddset(set.as_mut_ptr(), *signal);
+        }
+        set.assume_init()
+    }
+}
+
+/// Holds signals back; those that were held back before.
+fn hold(set: &sigset_t) -> sigset_t {
+    let mut before = MaybeUninit::<sigset_t>::uninit();
+    // SAFETY: `set` is initialised, and the call fills `before` in.
+    unsafe {
+        libc::pthread_sigmask(libc::SIG_BLOCK, set, before.as_mut_ptr());
+        before.assume_init()
+    }
+}
+
+fn let_go(before: &sigset_t) {
+    // SAFETY: a set that `hold` gave.
+    unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, before, std::ptr::null_mut()) };
+}
+
 /// Installs handlers for [`ENDINGS`] while these signals wait. Between the kernel's learning of a new handler and the
 /// handler's learning what to do, a signal would be swallowed.
 pub fn held_back<T>(install: impl FnOnce() -> T) -> T {
-    let mut set = MaybeUninit::<libc::sigset_t>::uninit();
-    let mut before = MaybeUninit::<libc::sigset_t>::uninit();
-    // SAFETY: sigemptyset initialises the set, the rest reads it; the numbers are those of real signals.
-    unsafe {
-        libc::sigemptyset(set.as_mut_ptr());
-        for signal in ENDINGS {
-            libc::sigaddset(set.as_mut_ptr(), signal);
-        }
-        libc::pthread_sigmask(libc::SIG_BLOCK, set.as_ptr(), before.as_mut_ptr());
-    }
+    let before = hold(&set_of(&ENDINGS));
     let result = install();
-    // SAFETY: the call above has filled `before` in.
-    unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, before.as_ptr(), std::ptr::null_mut()) };
+    let_go(&before);
     result
 }
 
-/// The signals that the daemon minds.
+/// The signals that the daemon minds. They are held back and read from a descriptor, so that nothing interrupts it.
+///
+/// They are *ignored* as well, which changes nothing here, because a signal that is held back waits all the same, but is
+/// what children inherit: a process of the fleet does not end of a signal that asks the whole fleet to end (as service
+/// managers send it to every process at once), from its first instruction on, and without a detour at its start.
 pub struct Signals {
-    bell: UnixStream,
-    interrupts: Arc<AtomicUsize>,
-    seen: usize,
-    handlers: Vec<SigId>,
+    waiting: OwnedFd,
+    asked: bool,
+    hung_up: bool,
+    /// The last one that was taken.
+    last: Option<i32>,
+    dispositions: Vec<(i32, sigaction)>,
+    held: sigset_t,
 }
 
 impl Signals {
     /// From here on SIGINT, SIGTERM and SIGHUP are counted, and they and SIGCHLD wake whoever sleeps on the descriptor.
+    /// All threads that there are must have been started later.
     ///
     /// # Errors
-    /// When a handler cannot be installed.
+    /// When there is no descriptor for it.
     pub fn install() -> io::Result<Signals> {
-        let (bell, ringer) = UnixStream::pair()?;
-        bell.set_nonblocking(true)?;
-        ringer.set_nonblocking(true)?;
-        let mut signals = Signals { bell, interrupts: Arc::default(), seen: 0, handlers: Vec::new() };
-        let Signals { interrupts, handlers, .. } = &mut signals;
-        held_back(|| -> io::Result<()> {
-            for signal in ENDINGS {
-                // The count comes first: whoever is woken by the bell finds it.
-                let count = Arc::clone(interrupts);
-                // SAFETY: the handler only increments an atomic, which is async-signal-safe.
-                let counted =
-                    unsafe { signal_hook::low_level::register(signal, move || _ = count.fetch_add(1, SeqCst)) };
-                handlers.push(counted?);
-                handlers.push(signal_hook::low_level::pipe::register(signal, ringer.try_clone()?)?);
-            }
-            handlers.push(signal_hook::low_level::pipe::register(SIGCHLD, ringer)?);
-            Ok(())
-        })?;
-        Ok(signals)
+        let minded = minded();
+        let set = set_of(&[&minded[..], &[SIGCHLD]].concat());
+        // SAFETY: the set is initialised; -1 asks for a new descriptor.
+        let waiting = unsafe { libc::signalfd(-1, &raw const set, libc::SFD_NONBLOCK | libc::SFD_CLOEXEC) };
+        if waiting < 0 {
+            return Err(io::Error::last_os_error());
+        }
+        // SAFETY: it has just been made, and nobody else knows of it.
+        let waiting = unsafe { OwnedFd::from_raw_fd(waiting) };
+        let held = hold(&set);
+        let dispositions = minded.iter().map(|signal| (*signal, disposition(*signal))).collect();
+        minded.iter().for_each(|signal| set_disposition(*signal, &plain(SIG_IGN)));
+        // Whoever started this process may have had no use for its children; without them being waited for, ours are lost.
+        set_disposition(SIGCHLD, &plain(SIG_DFL));
+        Ok(Signals { waiting, asked: false, hung_up: false, last: None, dispositions, held })
     }
 
-    /// How often somebody asked for the end since the last call. Empties the descriptor.
+    /// How often somebody asked for the end since the last call. Empties the descriptor. A terminal that is gone asks
+    /// once, though its shell and the kernel both say so.
     pub fn take_interrupts(&mut self) -> usize {
-        let mut bytes = [0; 64];
-        while matches!(self.bell.read(&mut bytes), Ok(read) if read > 0) {}
-        let now = self.interrupts.load(SeqCst);
-        let new = now - self.seen;
-        self.seen = now;
-        new
+        let mut count = 0;
+        let mut info = [0_u8; size_of::<libc::signalfd_siginfo>()];
+        while matches!(rustix::io::read(&self.waiting, &mut info), Ok(read) if read == info.len()) {
+            let number = u32::from_ne_bytes([info[0], info[1], info[2], info[3]]) as i32;
+            if number == SIGCHLD {
+                continue;
+            }
+            self.hung_up |= number == SIGHUP;
+            if number != SIGHUP || !self.asked {
+                count += 1;
+            }
+            (self.asked, self.last) = (true, Some(number));
+        }
+        count
     }
 }
 
 /// A process may run one fleet after another.
 impl Drop for Signals {
     fn drop(&mut self) {
-        for handler in self.handlers.drain(..) {
-            signal_hook::low_level::unregister(handler);
+        let _ = self.take_interrupts();
+        for (signal, before) in &self.dispositions {
+            // The terminal goes once: its signal may still come from a second one who tells.
+            if !(self.hung_up && *signal == SIGHUP) {
+                set_disposition(*signal, before);
+            }
+        }
+        let_go(&self.held);
+        // Whoever minded this signal before is to hear of it.
+        let handled = |number: &i32| ![SIG_DFL, SIG_IGN].contains(&disposition(*number).sa_sigaction);
+        if let Some(number) = self.last.filter(handled) {
+            let _ = signal_hook::low_level::raise(number);
         }
     }
 }
 
 impl AsFd for Signals {
     fn as_fd(&self) -> BorrowedFd<'_> {
-        self.bell.as_fd()
+        self.waiting.as_fd()
     }
 }
 
@@ -104,9 +177,9 @@ impl Interrupted {
     pub fn watch() -> Result<Interrupted, Failure> {
         let flag = Arc::new(AtomicBool::new(false));
         held_back(|| {
-            ENDINGS.into_iter().try_for_each(|signal| {
+            minded().into_iter().try_for_each(|signal| {
                 // The order matters: the second signal finds the flag set by the first, and ends the process.
-                signal_hook::flag::register_conditional_shutdown(signal, crate::exit::INTERRUPTED, Arc::clone(&flag))
+                signal_hook::flag::register_conditional_shutdown(signal, exit::INTERRUPTED, Arc::clone(&flag))
                     .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&flag)))
                     .map(drop)
             })
@@ -119,4 +192,22 @@ impl Interrupted {
     pub fn yes(&self) -> bool {
         self.0.load(SeqCst)
     }
+}
+
+/// Does something that may wait for a reader for ever, after everything else is done: whoever asks for the end now gets
+/// it, with [`exit::INTERRUPTED`]. Where no signal has been minded before, they do what they always do.
+pub fn ending_at_once<T>(work: impl FnOnce() -> T) -> T {
+    extern "C" fn end(_: c_int) {
+        // SAFETY: ends the process, which is async-signal-safe.
+        unsafe { libc::_exit(exit::INTERRUPTED) }
+    }
+    if !MINDED.load(SeqCst) {
+        return work();
+    }
+    let handler = end as extern "C" fn(c_int);
+    let before: Vec<(i32, sigaction)> = minded().into_iter().map(|signal| (signal, disposition(signal))).collect();
+    before.iter().for_each(|(signal, _)| set_disposition(*signal, &plain(handler as libc::sighandler_t)));
+    let result = work();
+    before.iter().for_each(|(signal, before)| set_disposition(*signal, before));
+    result
 }

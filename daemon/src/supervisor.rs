@@ -56,6 +56,8 @@ pub trait Watch {
     fn progress(&mut self, progress: &Progress, wall_s: f64);
     /// Something happened.
     fn say(&mut self, line: &str);
+    /// An event of this kind happened; there may be many.
+    fn news(&mut self, kind: &str, line: &str);
 }
 
 /// Whose process.
@@ -337,6 +339,11 @@ impl Supervisor {
                     Action::Reply(ticket, reply) => {
                         if let Some(index) = self.awaiting.iter().position(|(waits, _)| *waits == ticket) {
                             self.awaiting.swap_remove(index).1.reply(&reply);
+                        }
+                    }
+                    Action::News { kind, line } => {
+                        if let Some(watch) = watch.as_deref_mut() {
+                            watch.news(&kind, &line);
                         }
                     }
                     Action::Say(line) => {

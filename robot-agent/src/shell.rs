@@ -113,6 +113,7 @@ pub fn main(args: &Args) -> Result<(), ShellError> {
 /// # Errors
 /// See [`ShellError`].
 pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut AgentOutputs)) -> Result<(), ShellError> {
+    bus::process::leave_ending_to_daemon();
     bus::process::die_with_ancestor(args.parent)?;
     let address = Address::at(&args.root)?;
     // Early: behind a wrapper this is how the daemon finds the process that it has to stop or to kill.

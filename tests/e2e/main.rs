@@ -17,6 +17,7 @@ mod lives;
 mod operators;
 mod processes;
 mod scheduling;
+mod signals;
 mod standstill;
 mod support;
 mod timeline;

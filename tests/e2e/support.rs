@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs::{File, Permissions};
 use std::os::unix::fs::PermissionsExt;
-use std::os::unix::process::ExitStatusExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Condvar, Mutex, PoisonError};
@@ -47,6 +47,9 @@ pub(crate) struct Run {
     command: Command,
     dir: TempDir,
     fleets: usize,
+    ignored: Option<Signal>,
+    stdout: Option<Stdio>,
+    stderr: Option<Stdio>,
 }
 
 impl Run {
@@ -73,7 +76,14 @@ impl Run {
 
     fn bare(mut command: Command) -> Run {
         command.args(["run", "--format", "json"]);
-        Run { command, dir: TempDir::with_prefix("shoal-e2e-").unwrap(), fleets: 1 }
+        Run {
+            command,
+            dir: TempDir::with_prefix("shoal-e2e-").unwrap(),
+            fleets: 1,
+            ignored: None,
+            stdout: None,
+            stderr: None,
+        }
     }
 
     pub(crate) fn mode(self, mode: &str) -> Run {
@@ -94,6 +104,24 @@ impl Run {
         self
     }
 
+    /// It is started as `nohup` and shells start processes: with a signal ignored.
+    pub(crate) fn ignoring(mut self, signal: Signal) -> Run {
+        self.ignored = Some(signal);
+        self
+    }
+
+    /// Where its data goes; it is not kept then.
+    pub(crate) fn stdout(mut self, to: impl Into<Stdio>) -> Run {
+        self.stdout = Some(to.into());
+        self
+    }
+
+    /// Where its talk goes; it is not kept then.
+    pub(crate) fn stderr(mut self, to: impl Into<Stdio>) -> Run {
+        self.stderr = Some(to.into());
+        self
+    }
+
     /// This run counts for so many: for tests that hold several fleets at once, which take all places with the first.
     pub(crate) fn places(mut self, fleets: usize) -> Run {
         self.fleets = fleets;
@@ -105,7 +133,22 @@ impl Run {
         let permit = Permit::take(self.fleets);
         let (out, err) = (self.dir.path().join("stdout"), self.dir.path().join("stderr"));
         self.command.stdin(Stdio::null());
-        self.command.stdout(File::create(&out).unwrap()).stderr(File::create(&err).unwrap());
+        let (kept_out, kept_err) = (File::create(&out).unwrap(), File::create(&err).unwrap());
+        self.command.stdout(self.stdout.take().unwrap_or(kept_out.into()));
+        self.command.stderr(self.stderr.take().unwrap_or(kept_err.into()));
+        let ignored = self.ignored;
+        // Whoever runs these tests may have had signals ignored, as a shell does in the background: that is not to be
+        // inherited.
+        let dispositions = move || {
+            for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+                let to = if ignored == Some(signal) { libc::SIG_IGN } else { libc::SIG_DFL };
+                // SAFETY: neither runs any code of ours; the number is that of a real signal.
+                unsafe { libc::signal(signal.as_raw(), to) };
+            }
+            Ok(())
+        };
+        // SAFETY: between fork and exec it makes system calls only.
+        unsafe { self.command.pre_exec(dispositions) };
         let words = std::iter::once(self.command.get_program()).chain(self.command.get_args());
         let shown = words.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ");
         let daemon = self.command.spawn().unwrap_or_else(|error| panic!("`{shown}`: {error}"));

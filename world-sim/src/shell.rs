@@ -63,6 +63,7 @@ pub enum ShellError {
 /// # Errors
 /// See [`ShellError`].
 pub fn main(root: &Path, parent: u32) -> Result<(), ShellError> {
+    bus::process::leave_ending_to_daemon();
     if !bus::process::die_with_parent(parent) {
         return Ok(());
     }

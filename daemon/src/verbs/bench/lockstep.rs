@@ -247,6 +247,10 @@ impl Watch for Duel<'_> {
         out::talk(line);
     }
 
+    fn news(&mut self, _: &str, line: &str) {
+        out::talk(line);
+    }
+
     fn enough(&self) -> bool {
         self.turns == 0 || self.interrupted.yes() || self.failure.is_some()
     }

@@ -182,6 +182,10 @@ impl Watch for Silent {
     fn say(&mut self, line: &str) {
         out::talk(line);
     }
+
+    fn news(&mut self, _: &str, line: &str) {
+        out::talk(line);
+    }
 }
 
 #[cfg(test)]

@@ -141,6 +141,7 @@ impl Watch for Guest<'_> {
     fn progress(&mut self, _: &bus::Progress, _: f64) {}
 
     fn say(&mut self, _: &str) {}
+    fn news(&mut self, _: &str, _: &str) {}
 
     fn enough(&self) -> bool {
         self.interrupted.yes() || self.joining.as_ref().is_some_and(JoinHandle::is_finished)

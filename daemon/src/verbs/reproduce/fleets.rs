@@ -65,6 +65,7 @@ fn lockstep(scenario: Scenario) -> Result<Finished, Stop> {
     impl Watch for Nobody {
         fn progress(&mut self, _: &bus::Progress, _: f64) {}
         fn say(&mut self, _: &str) {}
+        fn news(&mut self, _: &str, _: &str) {}
     }
     let finished =
         supervisor::run(scenario, None, &mut Nobody).and_then(Finished::undisturbed).map_err(
