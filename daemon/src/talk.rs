@@ -67,7 +67,8 @@ impl Talk {
         }
         if heard && self.left_out > 0 {
             let lines = if self.left_out == 1 { "line was" } else { "lines were" };
-            heard = self.put(&format!("({} {lines} left out here: nobody read)\n", self.left_out), patience);
+            heard =
+                self.put(&format!("({} {lines} left out here: the reader was too slow)\n", self.left_out), patience);
             self.left_out = if heard { 0 } else { self.left_out };
         }
         heard && self.put(text, patience)

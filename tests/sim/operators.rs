@@ -87,7 +87,7 @@ impl Fleet {
                     self.coordinator.spawned(seat, 1000 + seat.slot, self.now);
                 }
                 Action::Signal(seat, Signal::Kill) => self.kill(seat),
-                Action::Signal(..) | Action::Say(_) | Action::KillFleet => {}
+                Action::Signal(..) | Action::Say(_) | Action::News { .. } | Action::KillFleet => {}
                 Action::Order(order) => self.orders.push_back(order),
                 Action::Reply(ticket, reply) => self.asked.get_mut(&ticket).expect("somebody asked").push(reply),
             }

@@ -12,7 +12,8 @@
 //!
 //! Standing without progress is a deadlock. Driving without progress is an oscillation when the direction of driving is
 //! reversed (a turn of more than 90 degrees from one tick in motion to the next) at least once in [`REVERSAL_S`], else a
-//! livelock. Whether a robot stands because its planner still computes cannot be known here: the world sees commands only.
+//! livelock. A robot
+//! whose planner is still looking for a way is neither (`World::planned`).
 
 use nalgebra::{Point2, Vector2};
 use protocol::world_to_daemon::Stall;
