@@ -101,7 +101,8 @@ fn a_task_is_acknowledged_if_the_robot_has_it_and_only_then() {
 
 #[test]
 fn a_robot_can_be_added_to_a_fleet_in_lockstep() {
-    let run = Run::scenario(&lanes(1, 10.0)).mode("lockstep").set("clock.tick_hz=1000").set("world.y_m=[-4, 4]");
+    let run = Run::scenario(&lanes(1, 60.0)).mode("lockstep").set("clock.tick_hz=1000").set("world.y_m=[-4, 4]");
+    let run = run.set("clock.duration_s=3600");
     let mut fleet = run.start();
     let id = fleet.id();
     fleet.wait_tick(20);

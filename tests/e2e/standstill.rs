@@ -97,7 +97,7 @@ fn a_frozen_fleet_in_lockstep_loses_no_robot_and_no_bit() {
         let run = Run::scenario(scenario).mode("lockstep").set("clock.tick_hz=1000").set("clock.duration_s=3600");
         run.set("fleet.straggler_limit_s=1")
     };
-    let scenario = lanes(3, 10.0);
+    let scenario = lanes(3, 60.0);
     let undisturbed = run(&scenario).finish().expect(0);
     let mut fleet = run(&scenario).start();
     let root = fleet.root();
