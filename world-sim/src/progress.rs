@@ -158,7 +158,7 @@ mod tests {
         // Away from the goal, but far: the long way round.
         assert_eq!(judged(40.0, SCALE, |_| [-1.0, 0.3]), None);
         // A zigzag that gets on.
-        assert_eq!(judged(40.0, SCALE, |t| [0.3, if t as u64 % 2 == 0 { 0.9 } else { -0.9 }]), None);
+        assert_eq!(judged(40.0, SCALE, |t| [0.3, if (t as u64).is_multiple_of(2) { 0.9 } else { -0.9 }]), None);
         // Nothing is known of a robot that has just come.
         assert_eq!(judged(0.0, SCALE, |_| [0.0, 0.0]), None);
     }
@@ -169,7 +169,7 @@ mod tests {
         assert_eq!(judged(3.0, SCALE, |_| [0.0, 0.0]), Some(Stall::Deadlocked));
         // Creeping and trembling are standing.
         assert_eq!(judged(20.0, SCALE, |_| [0.001, 0.0]), Some(Stall::Deadlocked));
-        let tremble = |t: f64| [0.0, if (t * 20.0) as u64 % 2 == 0 { 0.04 } else { -0.04 }];
+        let tremble = |t: f64| [0.0, if ((t * 20.0) as u64).is_multiple_of(2) { 0.04 } else { -0.04 }];
         assert_eq!(judged(20.0, SCALE, tremble), Some(Stall::Deadlocked));
         assert_eq!(judged(20.0, Scale { speed_mps: 0.0, size_m: 0.0 }, |_| [0.0, 0.0]), None, "it could not do more");
     }
@@ -179,7 +179,7 @@ mod tests {
         // Round and round, to and fro in long legs, and a long way that comes back.
         assert_eq!(judged(60.0, SCALE, |t| [t.cos(), t.sin()]), Some(Stall::Livelocked));
         for end_s in [40.0, 43.0, 47.0, 51.0, 55.0] {
-            let legs = |t: f64| [0.0, if t as u64 / 5 % 2 == 0 { 1.0 } else { -1.0 }];
+            let legs = |t: f64| [0.0, if (t as u64 / 5).is_multiple_of(2) { 1.0 } else { -1.0 }];
             assert_eq!(judged(end_s, SCALE, legs), Some(Stall::Livelocked), "{end_s} s");
         }
     }
@@ -187,7 +187,8 @@ mod tests {
     #[test]
     fn reversing_all_the_time_is_an_oscillation() {
         for reversals_a_tick in [1.0, 3.0, 20.0] {
-            let jitter = |t: f64| [if (t * 20.0 / reversals_a_tick) as u64 % 2 == 0 { 0.8 } else { -0.8 }, 0.1];
+            let jitter =
+                |t: f64| [if ((t * 20.0 / reversals_a_tick) as u64).is_multiple_of(2) { 0.8 } else { -0.8 }, 0.1];
             let slow = |t: f64| [jitter(t)[0], 0.0];
             assert_eq!(judged(40.0, SCALE, slow), Some(Stall::Oscillating), "every {reversals_a_tick} ticks");
         }
