@@ -194,7 +194,7 @@ impl Children {
         }
     }
 
-    /// Ends every process of the fleet, and waits until each is gone, or [`DYING`] has passed: those that are not.
+    /// Ends every process of the fleet, and waits until each is gone, or `DYING` has passed: those that are not.
     pub fn kill_all(&mut self) -> Vec<u32> {
         let until_ns = bus::clock::now_ns() + DYING.as_nanos() as u64;
         let mut alive = Vec::new();
