@@ -4,9 +4,9 @@
 //! behind: the kernel closes the connection, and the daemon sees that. Operators need no iceoryx2 node, take no place
 //! in any service, and as many may ask at once as want to.
 //!
-//! One connection carries one request and one reply, each with a [`HEADER`] in front: magic number, protocol version,
+//! One connection carries one request and one reply, each with a `HEADER` in front: magic number, protocol version,
 //! length. Whatever a client sends costs the daemon bounded memory and no wait: the sockets do not block, a connection
-//! has [`PATIENCE`] to deliver its request and to take its reply, and of at most [`CONNECTIONS_MAX`] the one that has
+//! has `PATIENCE` to deliver its request and to take its reply, and of at most `CONNECTIONS_MAX` the one that has
 //! been silent for the longest time makes room for the next.
 
 use crate::clock::{now_ns, sleep_until_ns};
