@@ -15,6 +15,7 @@ mod latency;
 mod lies;
 mod lives;
 mod operators;
+mod places;
 mod processes;
 mod scheduling;
 mod signals;

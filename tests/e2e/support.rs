@@ -1,5 +1,6 @@
 //! What the tests share: a fleet as a child process, its processes found in `/proc`, deadlines, private `/dev/shm`.
 
+use crate::places::Permit;
 use bus::{Address, Gate};
 use rustix::process::{Pid, Signal, geteuid, kill_process};
 use serde_json::Value;
@@ -9,14 +10,11 @@ use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// The executable under test.
 pub(crate) const SHOAL: &str = env!("CARGO_BIN_EXE_shoal");
-/// Fleets at the same time: every one is a handful of processes, and the machine may have two cores.
-const FLEETS_MAX: usize = 3;
 /// No condition takes longer, however loaded the machine is. A test that fails waits for this long.
 const DEADLINE: Duration = Duration::from_secs(60);
 /// How long processes and shared memory may outlive their fleet.
@@ -575,30 +573,5 @@ impl Drop for PrivateShm {
     fn drop(&mut self) {
         let _ = self.holder.kill();
         let _ = self.holder.wait();
-    }
-}
-
-// ---- a place on the machine
-
-struct Permit(usize);
-
-static TAKEN: Mutex<usize> = Mutex::new(0);
-static FREED: Condvar = Condvar::new();
-
-impl Permit {
-    fn take(fleets: usize) -> Permit {
-        assert!(fleets <= FLEETS_MAX);
-        let taken = TAKEN.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut taken =
-            FREED.wait_while(taken, |taken| *taken + fleets > FLEETS_MAX).unwrap_or_else(PoisonError::into_inner);
-        *taken += fleets;
-        Permit(fleets)
-    }
-}
-
-impl Drop for Permit {
-    fn drop(&mut self) {
-        *TAKEN.lock().unwrap_or_else(PoisonError::into_inner) -= self.0;
-        FREED.notify_all();
     }
 }

@@ -107,12 +107,14 @@ fn a_parameter_that_holds_a_method_back_is_warned_of() {
 
 #[test]
 fn unicycles_that_turn_slowly_arrive_with_every_method() {
-    // `dapf` reaches the goal and does not stay there, so it has not arrived at the end.
-    for method in drive(Kind::Unicycle).filter(|method| method.name != "dapf") {
+    for method in drive(Kind::Unicycle) {
         makespan(&with(TIGHT, method, &[]));
-        // Lazy bodies take longer, and arrive.
-        let set = ["defaults.accel_mps2_max=0.5".to_owned(), "defaults.turn_accel_radps2_max=0.1".to_owned()];
-        makespan(&with(TIGHT, method, &set));
+        // Lazy bodies take longer, and arrive. `dapf` stops at the edge of the tolerance, which braking carries it over by
+        // millimetres: it comes and goes.
+        if method.name != "dapf" {
+            let set = ["defaults.accel_mps2_max=0.5".to_owned(), "defaults.turn_accel_radps2_max=0.1".to_owned()];
+            makespan(&with(TIGHT, method, &set));
+        }
     }
 }
 
@@ -204,7 +206,7 @@ fn robots_go_round() {
 #[test]
 fn a_method_that_finds_no_way_says_so() {
     // The goal stands in a ring of walls.
-    let text = "[clock]\nduration_s = 20\n[defaults]\nplanner = \"liquid\"\nknows_map = true\n[[robot]]\nid = \"a\"\n\
+    let text = "[clock]\nduration_s = 30\n[defaults]\nplanner = \"liquid\"\nknows_map = true\n[[robot]]\nid = \"a\"\n\
                 start_m = [-4, 0]\ngoal_m = [4, 0]\n[[obstacle]]\nshape = \"polygon\"\n\
                 corners_m = [[2, -2], [6, -2], [6, -1.6], [2.4, -1.6], [2.4, 1.6], [6, 1.6], [6, 2], [2, 2]]\n\
                 [[obstacle]]\nshape = \"segment\"\nfrom_m = [5.6, -2]\nto_m = [5.6, 2]\n";
@@ -212,5 +214,6 @@ fn a_method_that_finds_no_way_says_so() {
     let outcome = shoal::single::run(&scenario, &mut |_, _| std::ops::ControlFlow::Continue(())).unwrap();
     let robot = &outcome.robots[0];
     assert!(!robot.arrived);
-    assert!(robot.plan != planners::PlanState::Ready && robot.stall.is_none(), "{robot:?}");
+    assert_eq!(robot.plan, planners::PlanState::GaveUp, "{robot:?}");
+    assert!(outcome.events.iter().any(|event| event.kind == "gave-up" && event.slot == Some(0)));
 }
