@@ -24,6 +24,8 @@ const PAGE: u64 = 4096;
 const LAST_WORDS: usize = 600;
 /// Of what is new at a look, this many bytes are read.
 const READ_MAX: u64 = 8 << 10;
+/// Of what a process prints first, so much is read, whatever comes after it.
+const HEAD: u64 = 1 << 10;
 /// Lines of a process that are said in a second; so many more at first.
 const LINES_PER_S: f64 = 10.0;
 const LINES_BURST: f64 = 20.0;
@@ -122,12 +124,19 @@ impl Log {
         let size = meta.len();
         if size > self.said {
             // A process that empties its own log begins anew; what is more than a reader could follow is skipped.
-            let before = self.said;
-            let from = before.max(size.saturating_sub(READ_MAX));
-            self.left_out += from - before;
+            let Ok(file) = File::open(path) else { return };
+            let from = self.said.max(size.saturating_sub(READ_MAX));
+            let skipped = from > self.said;
+            // How it began is worth more than all that follows of a flood.
+            let head = if self.said == 0 && skipped {
+                read(&file, 0, HEAD.min(from)).unwrap_or_default()
+            } else {
+                String::new()
+            };
+            self.say(&head[..head.rfind('\n').map_or(0, |end| end + 1)], false, lines);
+            self.left_out += from - self.said;
             self.said = from;
-            let skipped = from > before;
-            if let Ok(text) = File::open(path).and_then(|file| read(&file, from, size)) {
+            if let Ok(text) = read(&file, from, size) {
                 // Of a line whose beginning is skipped, the end is as well.
                 let rest = if skipped { text.find('\n').map_or(0, |end| end + 1) } else { 0 };
                 (self.said, self.left_out) = (self.said + rest as u64, self.left_out + rest as u64);
@@ -254,6 +263,7 @@ mod tests {
         let mut file = logs.create("agent-0-0", "a".to_owned()).unwrap();
         let chunk = "0123456789abcde\n".repeat(64 << 10);
         let (mut said, mut now) = (Vec::new(), Duration::ZERO);
+        file.write_all(b"how it began\n").unwrap();
         for _ in 0..20 {
             file.write_all(chunk.as_bytes()).unwrap();
             now += LOOK_EVERY;
@@ -268,7 +278,8 @@ mod tests {
         file.write_all(b"last\n").unwrap();
         said.extend(logs.close("agent-0-0", now));
         let lines = said.iter().filter(|line| *line == "a: 0123456789abcde").count();
-        assert!((20..=45).contains(&lines), "{lines} lines in two seconds");
+        assert_eq!(said[0], "a: how it began");
+        assert!((19..=45).contains(&lines), "{lines} lines in two seconds");
         assert!(said.last().unwrap().starts_with("a: (") && said.last().unwrap().contains("left out"), "{said:?}");
         assert!(logs.last_words("agent-0-0").unwrap().ends_with("/ last"));
     }
