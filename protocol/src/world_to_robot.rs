@@ -5,8 +5,8 @@
 use iceoryx2::prelude::ZeroCopySend;
 use scenarios::{MAX_ROBOTS, MAX_SHAPES};
 
-/// Most pieces that can be in sight: every piece of every obstacle, every robot that is not on the radio, and the
-/// links of arms, whose second links count among the shapes.
+/// Most pieces that can be in sight: every piece of every obstacle, every robot, and the links of arms, whose second
+/// links count among the shapes.
 pub const MAX_SENSED: usize = MAX_SHAPES + MAX_ROBOTS;
 
 /// Where a robot is, and where it is to go.
@@ -122,13 +122,13 @@ impl SensedList {
     }
 }
 
-/// A piece of an obstacle, the body of a robot that is not on the radio, or a link of an arm, where it is at this tick.
+/// A piece of an obstacle, the body of a robot, or a link of an arm, where it is at this tick.
 ///
 /// Pieces are numbered: first those of the obstacles in the order of the scenario, then by slot the body of each robot:
 /// one piece, or the two links of an arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.Piece.v1")]
+#[type_name("shoal.Piece.v2")]
 pub struct Piece {
     /// One end of its core, m.
     pub ax_m: f64,
@@ -146,6 +146,13 @@ pub struct Piece {
     pub vy_mps: f64,
     /// The obstacle it belongs to: its index in the scenario, or the number of obstacles plus the slot.
     pub obstacle: u32,
-    /// Keeps the layout explicit.
-    pub reserved: u32,
+    /// See [`Piece::robot`]; 0 is none, else the slot plus one.
+    pub robot: u32,
+}
+
+impl Piece {
+    /// The slot of the robot whose disc it is, if it is one: who hears that robot as well knows that both are one body.
+    pub fn robot(&self) -> Option<u32> {
+        self.robot.checked_sub(1)
+    }
 }

@@ -10,6 +10,10 @@ use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 
 pub use crate::radio::Time;
 
+/// A pose that is not older than this was heard just now: every pose is one tick old when it is heard, and in `realtime`
+/// up to one period.
+const FRESH_TICKS: f64 = 1.5;
+
 /// Everything an agent learned for this tick.
 pub struct AgentInputs<'a> {
     /// Where it is and where to go.
@@ -105,13 +109,12 @@ impl Agent {
     /// One tick.
     pub fn step(&mut self, inputs: &AgentInputs<'_>) -> AgentOutputs {
         let odometry = inputs.odometry;
-        let (robot, dt_s) = (&self.spec.robot, self.spec.clock.dt_s());
-
+        let dt_s = self.spec.clock.dt_s();
         self.receiver.receive(odometry.tick, inputs.time, inputs.heard);
         self.neighbors.clear();
         self.neighbors.extend(self.receiver.neighbors(odometry.tick, dt_s, inputs.time));
-        self.obstacles.clear();
-        self.obstacles.extend(inputs.pieces.iter().map(obstacle));
+        self.see(inputs.pieces);
+        let robot = &self.spec.robot;
 
         let position = Point2::new(odometry.x_m, odometry.y_m);
         let velocity = Vector2::new(odometry.vx_mps, odometry.vy_mps);
@@ -168,6 +171,27 @@ impl Agent {
             reserved: 0,
         };
         AgentOutputs { pose, drive, plan: plan.state }
+    }
+
+    /// Sorts what is seen into obstacles and neighbours. A robot that was heard just now is known from its own word; one
+    /// whose word is older is where it is seen, and from one of which nothing is known its body is an obstacle.
+    fn see(&mut self, pieces: &[Piece]) {
+        let fresh_s = FRESH_TICKS * self.spec.clock.dt_s();
+        self.obstacles.clear();
+        for piece in pieces {
+            let place = piece
+                .robot()
+                .and_then(|robot| self.neighbors.binary_search_by_key(&robot, |neighbor| neighbor.id).ok());
+            match place.map(|place| &mut self.neighbors[place]) {
+                None => self.obstacles.push(obstacle(piece)),
+                Some(neighbor) if neighbor.age_s <= fresh_s => {}
+                Some(neighbor) => {
+                    neighbor.position = Point2::new(piece.ax_m, piece.ay_m);
+                    neighbor.velocity = Vector2::new(piece.vx_mps, piece.vy_mps);
+                    neighbor.age_s = 0.0;
+                }
+            }
+        }
     }
 }
 

@@ -1,12 +1,12 @@
 //! What an agent tells others and asks of its body: flags, poses, and the joints of arms.
 
-use nalgebra::Vector2;
+use nalgebra::{Point2, Vector2};
 use planners::{ArmState, Drive, Neighbor, Plan, PlanInput, Planner};
 use protocol::Seat;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::robot_to_world::Command;
-use protocol::world_to_robot::{NeighborRef, Odometry};
+use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use scenarios::{Overrides, Scenario};
 use shoal_robot_agent::{Agent, AgentInputs, AgentOutputs, Time};
 use std::sync::{Arc, Mutex};
@@ -47,12 +47,18 @@ struct Scripted {
 #[derive(Clone, Debug)]
 struct Seen {
     neighbors: Vec<Neighbor>,
+    /// Centres and identities of what is an obstacle.
+    obstacles: Vec<(Point2<f64>, u32)>,
     arm: Option<ArmState>,
 }
 
 impl Planner for Scripted {
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
-        self.seen.lock().unwrap().push(Seen { neighbors: input.neighbors.to_vec(), arm: input.arm });
+        self.seen.lock().unwrap().push(Seen {
+            neighbors: input.neighbors.to_vec(),
+            obstacles: input.obstacles.iter().map(|obstacle| (obstacle.shape.a, obstacle.id)).collect(),
+            arm: input.arm,
+        });
         self.plans.lock().unwrap().pop().unwrap_or(Plan::only(Drive::stop(input.kind)))
     }
 }
@@ -75,7 +81,18 @@ impl Robot {
     /// A tick in which its method answers `plan`.
     fn step(&mut self, odometry: &Odometry, heard: &[(NeighborRef, PosePair)], plan: Plan) -> AgentOutputs {
         self.plans.lock().unwrap().push(plan);
-        let outputs = self.agent.step(&AgentInputs { odometry, heard, pieces: &[], time: Time::Ticks });
+        self.look(odometry, heard, &[], Time::Ticks)
+    }
+
+    /// A tick in which it also sees something.
+    fn look(
+        &mut self,
+        odometry: &Odometry,
+        heard: &[(NeighborRef, PosePair)],
+        pieces: &[Piece],
+        time: Time,
+    ) -> AgentOutputs {
+        let outputs = self.agent.step(&AgentInputs { odometry, heard, pieces, time });
         self.board.push(outputs.pose);
         outputs
     }
@@ -130,6 +147,45 @@ fn flags_and_the_way_left_travel_with_the_pose_and_with_nothing_else() {
             (0, arrived, *stopped, pose.remaining_m)
         );
     }
+}
+
+/// A robot that is heard and seen is one body: as it says while its word is fresh, where it is seen when it is not.
+#[test]
+fn who_is_heard_late_is_where_it_is_seen() {
+    let mut robot = Robot::new(&scenario(), 0);
+    let piece = |x_m, obstacle, robot| Piece { ax_m: x_m, bx_m: x_m, vx_mps: 0.5, obstacle, robot, ..Piece::default() };
+    // A wall, the body of robot 1, that of robot 4, of which nothing is heard, and a silent one.
+    let pieces = [piece(3.0, 0, 0), piece(7.0, 3, 2), piece(8.0, 6, 5), piece(9.0, 7, 6)];
+    let who = NeighborRef { slot: 1, incarnation: 0 };
+    let said = |tick, x_m, stamp_ns| {
+        let mut pair = PosePair::default();
+        let flags = SharedPose::FLAG_SPOKEN;
+        pair.push(SharedPose { tick, x_m, yaw_rad: 2.0, vx_mps: 0.1, stamp_ns, flags, ..SharedPose::default() });
+        [(who, pair)]
+    };
+    let unheard = [(Point2::new(3.0, 0.0), 0), (Point2::new(8.0, 0.0), 6), (Point2::new(9.0, 0.0), 7)];
+    let dt_s = robot.agent.spec().clock.dt_s();
+    let ms = 1_000_000;
+    // What it heard, when, and where robot 1 is then for its method, with which velocity and age.
+    let at = |now_ns| Time::Stamps { now_ns };
+    let table = [
+        (1, said(0, 6.9, 0), Time::Ticks, (6.9, 0.1, dt_s)),
+        (3, said(0, 6.9, 0), Time::Ticks, (7.0, 0.5, 0.0)),
+        (4, said(3, 6.8, 500 * ms), Time::Ticks, (6.8, 0.1, dt_s)),
+        (5, said(3, 6.8, 500 * ms), at(520 * ms), (6.8, 0.1, 0.02)),
+        (6, said(3, 6.8, 500 * ms), at(540 * ms), (7.0, 0.5, 0.0)),
+    ];
+    for (tick, heard, time, (x_m, vx_mps, age_s)) in table {
+        robot.look(&odometry(tick, 0), &heard, &pieces, time);
+        let [neighbor] = robot.last().neighbors[..] else { panic!("one neighbour is heard") };
+        assert_eq!((neighbor.position.x, neighbor.velocity.x, neighbor.yaw_rad), (x_m, vx_mps, 2.0), "tick {tick}");
+        assert!((neighbor.age_s - age_s).abs() < 1e-12, "tick {tick}: {}", neighbor.age_s);
+        assert_eq!(robot.last().obstacles, unheard, "tick {tick}");
+    }
+    robot.look(&odometry(7, 0), &[(who, PosePair::default())], &pieces, Time::Ticks);
+    assert_eq!(robot.last().neighbors.len(), 1, "what it said once counts until it is out of range");
+    robot.look(&odometry(8, 0), &[], &pieces, Time::Ticks);
+    assert_eq!((robot.last().neighbors.len(), robot.last().obstacles.len()), (0, 4));
 }
 
 #[test]

@@ -213,6 +213,11 @@ impl Radio {
     pub const PERFECT: Radio = Radio { delay_ticks: 0, drop: 0.0, noise_m: 0.0 };
     /// Longest delay: a receiver remembers this many poses of each neighbour.
     pub const DELAY_TICKS_MAX: u32 = 255;
+
+    /// Whether every pose that comes in range is heard, and at once.
+    pub fn is_sure(&self) -> bool {
+        self.delay_ticks == 0 && self.drop <= 0.0
+    }
 }
 
 /// Something in the world that is not a robot.
@@ -358,6 +363,8 @@ pub struct Robot {
     pub radio_range_m: f64,
     /// A neighbour once heard is kept until it is this much further away, m.
     pub radio_hysteresis_m: f64,
+    /// Whether its sensors see robots on the radio as well; else it sees only those that are silent.
+    pub sees_robots: bool,
     /// Whether the method may look at the map of fixed obstacles.
     pub knows_map: bool,
     /// What happens when its process ends unasked.

@@ -113,6 +113,7 @@ impl<'a> Layers<'a> {
             sensor_range_m: body.float("sensor_range_m"),
             radio_range_m: body.float("radio_range_m"),
             radio_hysteresis_m: body.float("radio_hysteresis_m"),
+            sees_robots: body.layer("sees_robots").bool("sees_robots").unwrap_or(true),
             knows_map: body.layer("knows_map").bool("knows_map").unwrap_or_default(),
             restart,
             agent: body.layer("agent").text("agent").map(str::to_string),

@@ -144,7 +144,7 @@ const SCHEDULING: &[Key] = &[
 
 static RADIO: Section = Section {
     title: "[radio]",
-    help: "Faults of the radio between robots, from the start.",
+    help: "Faults of the radio between robots, from the start. A robot in sensor range is seen, whatever the radio loses or delays, unless sees_robots is false.",
     tag: None,
     groups: &[&[
         preset("delay_ticks", DELAY, "0", "Additional delay of heard poses; every pose is at least one tick old."),
@@ -307,6 +307,12 @@ const BODY: &[Key] = &[
         Float(NOT_NEGATIVE),
         "0.5",
         "Hysteresis: a neighbour is dropped only beyond the range plus this distance.",
+    ),
+    preset(
+        "sees_robots",
+        Bool,
+        "true",
+        "Whether its sensors also see robots that are on the radio: those it does not hear are obstacles, those it heard late are where they are seen. Without, it sees only robots that are silent.",
     ),
     preset("knows_map", Bool, "false", "Whether the planner knows the map of fixed obstacles."),
     preset(

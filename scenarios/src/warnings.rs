@@ -22,6 +22,9 @@ pub(crate) fn check(robots: &[Robot], sources: &[Source], events: &[Event], cloc
     );
     let coarse = |robot: &Robot| coarse_ticks(robot, clock);
     of_robots(robots, sources, &coarse, "raise clock.tick_hz or goal_tolerance_m, or lower speed_mps_max", report);
+    let radius_max = robots.iter().fold(0.0, |most: f64, robot| most.max(robot.radius_m));
+    let blind = |robot: &Robot| blind_beyond_radio(robot, radius_max, robots.len());
+    of_robots(robots, sources, &blind, "raise radio_range_m, or let sees_robots be true", report);
 }
 
 /// Robots whose bodies do not fit beside each other on their last goals. A sweep along x, as for their starts.
@@ -92,6 +95,14 @@ fn coarse_ticks(robot: &Robot, clock: Clock) -> Option<String> {
     (robot.kind != Kind::TwoLinkArm && per_tick_m > TOLERANCES_PER_TICK_MAX * tolerance_m).then(|| {
         let times = per_tick_m / tolerance_m;
         format!("drives up to {per_tick_m:.3} m in a tick, {times:.1} times its goal tolerance of {tolerance_m} m")
+    })
+}
+
+/// A robot that knows others by radio alone, and hears them only when their bodies touch.
+fn blind_beyond_radio(robot: &Robot, radius_max: f64, robots: usize) -> Option<String> {
+    let (hears_m, needs_m) = (robot.radio_range_m, robot.radius_m + radius_max);
+    (robots > 1 && !robot.sees_robots && hears_m <= needs_m).then(|| {
+        format!("knows robots by radio alone, which reaches {hears_m} m: their bodies touch at up to {needs_m:.3} m")
     })
 }
 

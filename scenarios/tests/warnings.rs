@@ -68,3 +68,13 @@ fn the_catalog_means_what_it_says() {
         check(entry.text, &[]);
     }
 }
+
+#[test]
+fn robots_that_nobody_hears_before_they_touch() {
+    let pair = |keys: &str| format!("[defaults]\n{keys}\n{}", PAIR.replace("GOAL", "9, 9"));
+    let said = "line 6: robot[0]: `a` and another one: knows robots by radio alone, which reaches 0.3 m: their bodies \
+                touch at up to 0.400 m";
+    check(&pair("sees_robots = false\nradio_range_m = 0.3"), &[said]);
+    check(&pair("sees_robots = false\nradio_range_m = 3"), &[]);
+    check(&pair("radio_range_m = 0.3"), &[]);
+}

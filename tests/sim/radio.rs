@@ -8,6 +8,7 @@ fn ring(seed: u64, set: &[&str]) -> Recording {
     Recording::of(&catalog("ring-15", &Overrides { set, duration_s: Some(15.0), ..build::seed(seed) }))
 }
 
+/// Robots that know each other by radio alone: who is seen is where it is seen, however late its pose comes.
 #[test]
 fn every_fault_changes_the_run_and_always_in_the_same_way() {
     seeds(1..=3, |seed| {
@@ -21,8 +22,9 @@ fn every_fault_changes_the_run_and_always_in_the_same_way() {
         ];
         let mut hashes = vec![perfect.hash()];
         for fault in faults {
-            let faulty = ring(seed, fault);
-            assert_eq!(faulty.first_difference(&ring(seed, fault)), None, "{fault:?}");
+            let fault = [fault, &["defaults.sees_robots=false"]].concat();
+            let faulty = ring(seed, &fault);
+            assert_eq!(faulty.first_difference(&ring(seed, &fault)), None, "{fault:?}");
             assert!(!hashes.contains(&faulty.hash()), "{fault:?} makes no difference of its own");
             hashes.push(faulty.hash());
         }
@@ -31,12 +33,69 @@ fn every_fault_changes_the_run_and_always_in_the_same_way() {
 
 /// Whoever hears nothing drives as if there were nobody to hear.
 #[test]
-fn without_any_message_everybody_is_alone() {
+fn without_any_message_and_without_eyes_everybody_is_alone() {
+    seeds(1..=3, |seed| {
+        let blind = "defaults.sees_robots=false";
+        let deaf = ring(seed, &["radio.drop=1", blind]);
+        let far = ring(seed, &["defaults.radio_range_m=0.001", "defaults.radio_hysteresis_m=0", blind]);
+        assert_eq!(deaf.first_difference(&far), None);
+        assert!(deaf.outcome.robot_contacts > 0, "the ring meets in its middle");
+    });
+}
+
+/// Whoever hears nothing sees the others, whether nothing comes in range or everything is lost on the way.
+#[test]
+fn without_any_message_everybody_is_seen() {
     seeds(1..=3, |seed| {
         let deaf = ring(seed, &["radio.drop=1"]);
         let far = ring(seed, &["defaults.radio_range_m=0.001", "defaults.radio_hysteresis_m=0"]);
         assert_eq!(deaf.first_difference(&far), None);
-        assert!(deaf.outcome.robot_contacts > 0, "the ring meets in its middle");
+        assert_eq!(deaf.outcome.robot_contacts, 0);
+    });
+}
+
+/// Two broad bodies that the radio tells of each other too late, not at all, or no more: they are seen in time.
+#[test]
+fn bodies_that_the_radio_does_not_tell_of_do_not_meet() {
+    let meet = |keys: &str, rest: &str| {
+        Recording::of(&scenario(&format!(
+            r#"
+            [clock]
+            duration_s = 40
+            [defaults]
+            radius_m = 1.2
+            sensor_range_m = 10
+            {keys}
+            [[robot]]
+            id = "a"
+            start_m = [-10, 0]
+            goal_m = [10, 0]
+            [[robot]]
+            id = "b"
+            start_m = [10, 0.1]
+            goal_m = [-10, 0.1]
+            {rest}
+            "#
+        )))
+    };
+    let short = "radio_range_m = 2\nradio_hysteresis_m = 0";
+    let lost_later = "[[event]]\nat_s = 3\nkind = \"radio\"\ndrop = 1";
+    let late_later = "[[event]]\nat_s = 3\nkind = \"radio\"\nrobot = \"a\"\ndelay_ticks = 200";
+    for (keys, rest) in [(short, ""), ("", "[radio]\ndrop = 1"), ("", lost_later), ("", late_later)] {
+        let seen = meet(keys, rest);
+        assert_eq!(seen.outcome.robot_contacts, 0, "{keys} {rest}");
+        assert!(seen.outcome.robots.iter().all(|robot| robot.arrived_tick.is_some()), "{keys} {rest}");
+        let unseen = meet(&format!("{keys}\nsees_robots = false"), rest);
+        assert_ne!(seen.hash(), unseen.hash(), "{keys} {rest}");
+    }
+    assert!(meet(&format!("{short}\nsees_robots = false"), "").outcome.robot_contacts > 0);
+}
+
+/// While the radio is perfect and reaches beyond the sensors, nothing that is seen says more.
+#[test]
+fn who_is_heard_needs_not_be_seen() {
+    seeds(1..=2, |seed| {
+        assert_eq!(ring(seed, &[]).first_difference(&ring(seed, &["defaults.sees_robots=false"])), None);
     });
 }
 

@@ -16,6 +16,9 @@ pub(crate) struct Body {
     pub(crate) sensor_range_m: f64,
     pub(crate) radio_range_m: f64,
     pub(crate) radio_hysteresis_m: f64,
+    pub(crate) sees_robots: bool,
+    /// Its radio neither loses nor delays what it hears.
+    pub(crate) hears_surely: bool,
     pub(crate) pose: Pose,
     /// Where it was when the present tick opened, m.
     pub(crate) from: Point2<f64>,
@@ -38,6 +41,8 @@ impl Body {
             sensor_range_m: robot.sensor_range_m,
             radio_range_m: robot.radio_range_m,
             radio_hysteresis_m: robot.radio_hysteresis_m,
+            sees_robots: robot.sees_robots,
+            hears_surely: true,
             pose: Pose::resting(robot.start, robot.start_yaw_rad),
             from: robot.start,
             in_world: false,
@@ -46,9 +51,9 @@ impl Body {
         }
     }
 
-    /// Its body is seen by sensors: because nobody hears it, or because it is an arm, of which only the tip is heard.
-    pub(crate) fn is_seen(&self) -> bool {
-        self.in_world && (!self.on_radio || self.is_arm())
+    /// Its links are seen by sensors, whoever hears it: only its tip is heard.
+    pub(crate) fn has_seen_links(&self) -> bool {
+        self.in_world && self.is_arm()
     }
 
     /// Its body is not a disc but two links; its pose is that of its tip.
@@ -84,6 +89,8 @@ pub(crate) mod testing {
             sensor_range_m: f64::INFINITY,
             radio_range_m: f64::INFINITY,
             radio_hysteresis_m: 0.0,
+            sees_robots: true,
+            hears_surely: true,
             pose: Pose::resting(position, 0.0),
             from: position,
             in_world: true,

@@ -3,8 +3,11 @@
 //! Both lists are made sender by sender and piece by piece, in the order of their indices: each is appended to the lists
 //! of those that it reaches, which come out sorted without sorting.
 //!
-//! A robot on the radio is heard and not seen, one that is silent is seen. Of an arm only the tip is heard, so its links
-//! are seen at any time, by all but itself. An arm hears and sees from where its tip is.
+//! A sensor sees every body in its range that its robot cannot be sure to hear: one that is silent, one beyond the range
+//! of the radio, any other while the radio loses or delays poses. A robot that sees no robots
+//! ([`Robot::sees_robots`](scenarios::Robot::sees_robots)) sees the silent ones alone. Who is heard for sure is not listed
+//! as seen, because its own word says more. Of an arm only the tip is heard, so its links are seen at any time, by all
+//! but itself. An arm hears and sees from where its tip is.
 
 use crate::arm::Arm;
 use crate::body::Body;
@@ -22,6 +25,8 @@ pub(crate) struct Ranges {
     cursors: Vec<usize>,
     /// By slot.
     receivers: Vec<Receiver>,
+    /// By slot, whether its body is on anybody's list of what is seen.
+    shown: Vec<bool>,
 }
 
 /// How far a robot hears and sees, m, negative for one that does not take part: all that the inner loops need of it,
@@ -32,15 +37,34 @@ struct Receiver {
     /// With the hysteresis.
     radio_kept: f64,
     sensor: f64,
+    sees_robots: bool,
+    /// Whoever it hears at all it hears in every tick.
+    hears_surely: bool,
 }
 
 impl Receiver {
     fn new(body: &Body) -> Receiver {
         if !body.takes_part {
-            return Receiver { radio: -1.0, radio_kept: -1.0, sensor: -f64::INFINITY };
+            return Receiver {
+                radio: -1.0,
+                radio_kept: -1.0,
+                sensor: -f64::INFINITY,
+                sees_robots: false,
+                hears_surely: true,
+            };
         }
-        let radio = body.radio_range_m;
-        Receiver { radio, radio_kept: radio + body.radio_hysteresis_m, sensor: body.sensor_range_m }
+        Receiver {
+            radio: body.radio_range_m,
+            radio_kept: body.radio_range_m + body.radio_hysteresis_m,
+            sensor: body.sensor_range_m,
+            sees_robots: body.sees_robots,
+            hears_surely: body.hears_surely,
+        }
+    }
+
+    /// Whether it may see a robot on the radio, of at most this radius, that it cannot be sure to hear.
+    fn may_see_robots(&self, radius_m: f64) -> bool {
+        self.sees_robots && !(self.hears_surely && self.radio >= self.sensor + radius_m)
     }
 }
 
@@ -63,6 +87,11 @@ impl Ranges {
         self.sensed.now.get(slot).map_or(&[], |list| list)
     }
 
+    /// Whether anybody sees the body of this slot, the links of an arm apart.
+    pub(crate) fn is_shown(&self, slot: usize) -> bool {
+        self.shown.get(slot).is_some_and(|shown| *shown)
+    }
+
     /// Slots whose list of heard robots changed in the last update, sorted.
     pub(crate) fn heard_changed(&self) -> &[usize] {
         &self.heard.changed
@@ -83,6 +112,10 @@ impl Ranges {
         self.receivers.extend(bodies.iter().map(Receiver::new));
         let radio_max = self.receivers.iter().fold(0.0, |most: f64, receiver| most.max(receiver.radio_kept));
         let sensor_max = self.receivers.iter().fold(0.0, |most: f64, receiver| most.max(receiver.sensor));
+        let radius_max = bodies.iter().fold(0.0, |most: f64, body| most.max(body.radius_m));
+        let robots_are_seen = self.receivers.iter().any(|receiver| receiver.may_see_robots(radius_max));
+        self.shown.clear();
+        self.shown.resize(bodies.len(), false);
 
         for obstacle in &shapes.obstacles {
             self.show_obstacle(obstacle, shapes, grid, sensor_max);
@@ -100,7 +133,9 @@ impl Ranges {
                         self.show_link(arm.slot, index, &link, grid, sensor_max);
                     }
                 }
-                None if sender.is_seen() => self.show_body(sender, piece, grid, sensor_max),
+                None if sender.in_world && (!sender.on_radio || robots_are_seen) => {
+                    self.show_body(sender, piece, grid, sensor_max);
+                }
                 _ => {}
             }
             piece += if arm.is_some() { 2 } else { 1 };
@@ -145,13 +180,20 @@ impl Ranges {
         });
     }
 
-    /// Puts the body of a robot that nobody hears on the lists of those that see it.
+    /// Puts the body of a robot on the lists of those that see it and are not sure to hear it. Who hears it has just been
+    /// listed.
     fn show_body(&mut self, body: &Body, index: usize, grid: &Grid, sensor_max: f64) {
-        let here = body.pose.position;
+        let (here, slot) = (body.pose.position, body.seat.slot);
         grid.visit(Aabb::around([here]).grown(sensor_max + body.radius_m), |item| {
+            let receiver = self.receivers[item.slot as usize];
             let distance = (item.position - here).norm() - body.radius_m;
-            if distance <= self.receivers[item.slot as usize].sensor && item.slot != body.seat.slot {
+            if distance > receiver.sensor || item.slot == slot {
+                return;
+            }
+            let is_heard = || self.heard.now[item.slot as usize].last().is_some_and(|last| last.slot == slot);
+            if !body.on_radio || receiver.sees_robots && !(receiver.hears_surely && is_heard()) {
                 self.sensed.now[item.slot as usize].push(index as u16);
+                self.shown[slot as usize] = true;
             }
         });
     }

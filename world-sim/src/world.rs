@@ -58,6 +58,8 @@ pub struct World {
     scolded: Vec<bool>,
     /// Whether each robot's method has a plan.
     plans: Vec<PlanState>,
+    /// The radio of robots that are added later neither loses nor delays what they hear.
+    hears_surely: bool,
 
     shapes: Shapes,
     grid: Grid,
@@ -111,6 +113,7 @@ impl World {
             shown: Vec::new(),
             scolded: Vec::new(),
             plans: Vec::new(),
+            hears_surely: scenario.radio.is_sure(),
             shapes: Shapes::new(&scenario.obstacles, clock.seed),
             grid: Grid::default(),
             ranges: Ranges::default(),
@@ -145,7 +148,7 @@ impl World {
         }
         let mut referee = Referee::new(slot, robot, self.clock.seed, self.clock.dt_s());
         referee.move_goal(self.time_s());
-        self.bodies[slot] = Body::new(slot, robot);
+        self.bodies[slot] = Body { hears_surely: self.hears_surely, ..Body::new(slot, robot) };
         if let Some(setup) = &robot.arm {
             let arm = Arm::new(slot, slot + self.arms.len(), setup);
             self.bodies[slot].pose = arm.pose();
@@ -265,7 +268,14 @@ impl World {
                 What::Kill { robot } => self.presences[robot].kill(self.tick, &mut self.journal),
                 What::Pause { robot, ticks } => self.presences[robot].pause(self.tick, ticks, &mut self.journal),
                 What::Radio { robot, radio } => {
-                    // Delay, loss and noise act where a pose is received; the world only knows when.
+                    // Delay, loss and noise act where a pose is received; the world only knows who is sure to hear.
+                    match robot {
+                        Some(slot) => self.bodies[slot].hears_surely = radio.is_sure(),
+                        None => {
+                            self.hears_surely = radio.is_sure();
+                            self.bodies.iter_mut().for_each(|body| body.hears_surely = radio.is_sure());
+                        }
+                    }
                     let (slot, detail) = (robot.map(|robot| robot as u32), format!("{radio:?}"));
                     self.journal.note(self.tick, "radio", slot, detail);
                 }
@@ -403,7 +413,10 @@ impl World {
         self.pieces_changed.clear();
         for index in 0..self.pieces.len() {
             let in_sight = match index.checked_sub(shape_pieces) {
-                Some(piece) => self.bodies[arm::owner(&self.arms, piece).0].is_seen(),
+                Some(piece) => {
+                    let (slot, _) = arm::owner(&self.arms, piece);
+                    self.ranges.is_shown(slot) || self.bodies[slot].has_seen_links()
+                }
                 None => first || self.shapes.obstacles[self.shapes.owner(index)].moves(),
             };
             if in_sight {

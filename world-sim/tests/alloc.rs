@@ -38,6 +38,7 @@ fn rings(count: usize) -> Scenario {
         sensor_range_m: 3.0,
         radio_range_m: 3.5,
         radio_hysteresis_m: 0.1,
+        sees_robots: true,
         knows_map: false,
         restart: Restart { limit: 0, delay_ticks: 0 },
         agent: None,

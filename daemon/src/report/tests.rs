@@ -39,6 +39,7 @@ fn robot(slot: usize) -> Robot {
         sensor_range_m: 3.0,
         radio_range_m: 5.0,
         radio_hysteresis_m: 0.5,
+        sees_robots: true,
         knows_map: false,
         restart: Restart { limit: 0, delay_ticks: 0 },
         agent: None,

@@ -165,19 +165,19 @@ impl World {
     /// A piece where it is now: of an obstacle, or after those, by slot, the body of a robot or the two links of an arm.
     /// The velocity of an obstacle is that of its motion at this instant, that of a link that of its middle.
     pub fn piece(&self, index: usize) -> Piece {
-        let (capsule, velocity, obstacle) = match index.checked_sub(self.shapes.len()) {
+        let (capsule, velocity, obstacle, robot) = match index.checked_sub(self.shapes.len()) {
             None => {
                 let owner = self.shapes.owner(index);
-                (self.shapes.piece(index), self.shapes.obstacles[owner].velocity, owner)
+                (self.shapes.piece(index), self.shapes.obstacles[owner].velocity, owner, 0)
             }
             Some(piece) => {
                 let (slot, link) = arm::owner(&self.arms, piece);
                 let body = &self.bodies[slot];
-                let (shape, velocity) = match (link, arm::of_slot(&self.arms, slot)) {
-                    (Some(link), Some(arm)) => (arm.links()[link], arm.link_velocities()[link]),
-                    _ => (Capsule::disc(body.pose.position, body.radius_m), body.pose.velocity),
+                let (shape, velocity, robot) = match (link, arm::of_slot(&self.arms, slot)) {
+                    (Some(link), Some(arm)) => (arm.links()[link], arm.link_velocities()[link], 0),
+                    _ => (Capsule::disc(body.pose.position, body.radius_m), body.pose.velocity, slot as u32 + 1),
                 };
-                (shape, velocity, self.shapes.obstacles.len() + slot)
+                (shape, velocity, self.shapes.obstacles.len() + slot, robot)
             }
         };
         Piece {
@@ -189,7 +189,7 @@ impl World {
             vx_mps: velocity.x,
             vy_mps: velocity.y,
             obstacle: obstacle as u32,
-            reserved: 0,
+            robot,
         }
     }
 

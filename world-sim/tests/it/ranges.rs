@@ -6,7 +6,7 @@ use planners::Capsule;
 use planners::geometry::Polygon;
 use proptest::prelude::*;
 use protocol::world_to_robot::NeighborRef;
-use scenarios::{AtEnd, Motion, Obstacle, Scenario, Shape, What};
+use scenarios::{AtEnd, Motion, Obstacle, Radio, Scenario, Shape, What};
 
 fn heard(driver: &Driver, slot: usize) -> Vec<u32> {
     driver.world.neighbors(slot).iter().map(|neighbor| neighbor.slot).collect()
@@ -113,7 +113,7 @@ fn a_restarted_neighbour_is_heard_in_its_new_life() {
 
 #[test]
 fn pieces_are_written_when_they_appear_or_move() {
-    let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [9.0, 0.0]), robot(1, [0.0, 5.0], [9.0, 5.0])]);
+    let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [9.0, 0.0]), robot(1, [0.0, 2.0], [9.0, 2.0])]);
     let points = vec![Point2::new(5.0, 5.0), Point2::new(5.25, 5.0)];
     let moving = Motion::Waypoints { points, speed_mps: 1.0, then: AtEnd::Stop };
     let square = [[-1.0, -1.0], [1.0, -1.0], [0.0, 1.0]].map(Point2::from).to_vec();
@@ -139,14 +139,15 @@ proptest! {
     #[test]
     fn lists_are_what_all_pairs_say(
         places in prop::collection::vec((-8.0..8.0f64, -8.0..8.0f64), 1..25),
-        ranges in prop::collection::vec((0.5..9.0f64, 0.5..6.0f64), 25),
+        ranges in prop::collection::vec((0.5..9.0f64, 0.5..6.0f64, any::<bool>(), any::<bool>()), 25),
         walls in prop::collection::vec(((-8.0..8.0f64, -8.0..8.0f64), (-4.0..4.0f64, -4.0..4.0f64), 0.0..1.0f64), 0..12),
         triangles in prop::collection::vec((-8.0..8.0f64, -8.0..8.0f64, 0.5..4.0f64), 0..4),
     ) {
         let mut robots: Vec<_> =
             places.iter().enumerate().map(|(i, (x, y))| robot(i, [*x, *y], [*x + 5.0, *y])).collect();
-        for (robot, (radio, sensor)) in robots.iter_mut().zip(&ranges) {
+        for (robot, (radio, sensor, sees_robots, _)) in robots.iter_mut().zip(&ranges) {
             (robot.radio_range_m, robot.sensor_range_m, robot.radio_hysteresis_m) = (*radio, *sensor, 0.0);
+            robot.sees_robots = *sees_robots;
         }
         let mut scenario = scenario(robots);
         let wall = |((x, y), (dx, dy), radius): &((f64, f64), (f64, f64), f64)| {
@@ -159,6 +160,10 @@ proptest! {
         let shapes: Vec<Shape> = walls.iter().map(wall).chain(triangles.iter().map(triangle)).collect();
         scenario.obstacles = shapes.iter().map(|shape| Obstacle { shape: shape.clone(), motion: None }).collect();
         scenario.events = vec![at(1, What::Pause { robot: 0, ticks: 100 })];
+        for (slot, _) in ranges.iter().take(scenario.robots.len()).enumerate().filter(|(_, range)| range.3) {
+            let radio = Radio { drop: 0.1, ..Radio::PERFECT };
+            scenario.events.push(at(1, What::Radio { robot: Some(slot), radio }));
+        }
         let mut driver = Driver::new(&scenario);
         driver.tick();
         driver.open();
@@ -185,8 +190,15 @@ proptest! {
                     index += 1;
                 }
             }
-            if (driver.position(0) - here).norm() - 0.25 <= me.sensor_range_m {
-                expected.push(base as u16);
+            for other in (0..count).filter(|other| *other != slot) {
+                let is_heard = other != 0 && hears(&other) && !ranges[slot].3;
+                let is_seen = other == 0 || me.sees_robots && !is_heard;
+                if is_seen && (driver.position(other) - here).norm() - 0.25 <= me.sensor_range_m {
+                    expected.push((base + other) as u16);
+                    let piece = driver.world.piece(base + other);
+                    prop_assert_eq!(piece.robot(), Some(other as u32));
+                    prop_assert_eq!((piece.ax_m, piece.ay_m), (driver.position(other).x, driver.position(other).y));
+                }
             }
             prop_assert_eq!(driver.world.sensed(slot), expected);
         }
