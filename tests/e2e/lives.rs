@@ -56,7 +56,7 @@ fn many_lives_take_no_more_shared_memory_than_one() {
 }
 
 /// A process that is killed between making a file and giving it a size leaves it empty. That stops neither the daemon
-/// nor the robot's next life, whichever file it was.
+/// nor the robot's next life nor the other robots, whichever file it was.
 #[test]
 fn a_life_that_is_killed_while_it_makes_its_files() {
     if Command::new("strace").arg("-V").output().is_err() {
@@ -88,7 +88,14 @@ fn a_life_that_is_killed_while_it_makes_its_files() {
         };
         wait_for("the empty file to be removed", || (!empty()).then_some(()));
         signal(fleet.daemon(), Signal::INT);
-        fleet.wait().expect(130).event("died", "a");
+        let ended = fleet.wait().expect(130);
+        ended.event("died", "a");
+        // The other robot was told of nobody whose board is half made: it has one life.
+        let lives_before = |id: &str| {
+            let mut robots = ended.report["per_robot"].as_array().unwrap().iter();
+            robots.find(|robot| robot["id"] == id).unwrap()["incarnation"].as_u64().unwrap()
+        };
+        assert_eq!((lives_before("a"), lives_before("b")), (1, 0), "{ended}");
         assert_clean(&root);
     }
 }

@@ -311,9 +311,13 @@ impl Shell {
     }
 
     /// Before the first period of `realtime`: everybody opens the boards of those whom it will hear in the second, which
-    /// takes as long as many periods. Whoever is not done within the limit of stragglers does the rest later.
+    /// takes as long as many periods. Whoever is not done within the limit of stragglers does the rest later. A robot that
+    /// died before it was ready is not among them: what there is of its board may be half made.
     fn meet(&mut self) {
-        let foreseen = self.world.foreseen();
+        let mut foreseen = self.world.foreseen();
+        for (_, neighbors) in &mut foreseen {
+            neighbors.retain(|who| self.gate.is_ready(Seat { slot: who.slot, incarnation: who.incarnation }));
+        }
         for (slot, neighbors) in &foreseen {
             self.board.neighbors(*slot as u32, neighbors);
         }
