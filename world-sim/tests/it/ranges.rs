@@ -169,9 +169,8 @@ proptest! {
         driver.open();
         let count = scenario.robots.len();
         let base: usize = shapes.iter().map(|shape| shape.pieces().len()).sum();
-        for slot in 1..count {
+        for (slot, (me, (.., loses))) in scenario.robots.iter().zip(&ranges).enumerate().skip(1) {
             let here = driver.position(slot);
-            let me = &scenario.robots[slot];
             let hears = |other: &usize| (driver.position(*other) - here).norm() <= me.radio_range_m;
             let expected: Vec<NeighborRef> = (1..count).filter(|other| *other != slot).filter(hears)
                 .map(|other| NeighborRef { slot: other as u32, incarnation: 0 }).collect();
@@ -191,7 +190,7 @@ proptest! {
                 }
             }
             for other in (0..count).filter(|other| *other != slot) {
-                let is_heard = other != 0 && hears(&other) && !ranges[slot].3;
+                let is_heard = other != 0 && hears(&other) && !loses;
                 let is_seen = other == 0 || me.sees_robots && !is_heard;
                 if is_seen && (driver.position(other) - here).norm() - 0.25 <= me.sensor_range_m {
                     expected.push((base + other) as u16);
