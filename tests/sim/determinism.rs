@@ -107,6 +107,7 @@ fn alone_the_order_changes_nothing_at_all() {
         sensor_range_m = 0.01
         radio_range_m = 0.01
         radio_hysteresis_m = 0
+        sees_robots = false
         [layout]
         kind = "circle-swap"
         robots = 9
