@@ -5,12 +5,12 @@
 
 use crate::bell::Bell;
 use crate::node::Node;
+use crate::queue::{NoticeQueue, OrderQueue, Sent};
 use crate::ring::Ring;
 use crate::{Address, BusError, Result};
 use protocol::codec;
 use protocol::daemon_to_world::Order;
 use protocol::world_to_daemon::Notice;
-use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
 
 const ORDERS: &str = "orders";
@@ -20,9 +20,6 @@ const NOTICES_BELL: &str = "notices.bell";
 const ORDERS_BYTES: usize = 256 * 1024;
 /// Room for 8192 messages of up to 120 bytes; an `Expect` or `Kill` takes 16, so for 65 536 of those.
 const NOTICES_BYTES: usize = 1024 * 1024;
-/// Notices that wait in the world's memory when the ring is full. Beyond this the daemon has been gone for so long, and
-/// the run has been so busy, that counting is all that is left.
-const BACKLOG_MAX: usize = 65_536;
 
 pub(crate) const BYTES_NEEDED: u64 = (ORDERS_BYTES + NOTICES_BYTES) as u64;
 
@@ -39,12 +36,11 @@ pub(crate) fn encoded<T: serde::Serialize>(what: &'static str, message: &T) -> R
 
 /// The daemon's end of the orders.
 ///
-/// An order that finds the ring full waits here, in order, and goes out with the next [`OrderSender::flush`]; a fact
-/// that waits already is not added again, so those that wait are bounded by the facts that there are of a fleet. Ring the
-/// world afterwards ([`Gate::ring_world`](crate::Gate::ring_world)) if it may be asleep in the gate.
+/// An order that finds the ring full waits here ([`OrderQueue`]), and goes out with the next [`OrderSender::flush`]. Ring
+/// the world afterwards ([`Gate::ring_world`](crate::Gate::ring_world)) if it may be asleep in the gate.
 pub struct OrderSender {
     ring: Ring,
-    waiting: VecDeque<Vec<u8>>,
+    waiting: OrderQueue,
 }
 
 impl OrderSender {
@@ -53,7 +49,7 @@ impl OrderSender {
     /// # Errors
     /// When the fleet's services are not there.
     pub fn open(node: &Node) -> Result<OrderSender> {
-        Ok(OrderSender { ring: Ring::open(node.address(), ORDERS)?, waiting: VecDeque::new() })
+        Ok(OrderSender { ring: Ring::open(node.address(), ORDERS)?, waiting: OrderQueue::default() })
     }
 
     /// Hands an order over, or keeps it until there is room.
@@ -65,19 +61,14 @@ impl OrderSender {
         if !self.ring.could_hold(bytes.len()) {
             return Err(BusError::new("order", "send it", "it is too large", "this is a bug in shoal"));
         }
-        // While the world is stopped the same fact may come again and again: once is enough. Requests of operators are
-        // each different, and bounded by the daemon.
-        let is_fact = matches!(order, Order::Absent { .. } | Order::Stop);
-        if !(is_fact && self.waiting.contains(&bytes)) {
-            self.waiting.push_back(bytes);
-        }
+        self.waiting.add(order, bytes);
         self.flush();
         Ok(())
     }
 
     /// Hands over what waits, as far as there is room; how many orders wait still.
     pub fn flush(&mut self) -> usize {
-        flush(&self.ring, &mut self.waiting)
+        self.waiting.flush(&mut |bytes| self.ring.push(bytes))
     }
 }
 
@@ -105,11 +96,11 @@ impl OrderReceiver {
 ///
 /// While the daemon does not read (stopped, or dead), notices fill the ring: 8192 of up to 120 bytes at least. Then
 /// [`Notice::Log`] entries are dropped and counted (the outcome holds the log as well), and all others wait in this
-/// process's memory, in order, until there is room.
+/// process's memory ([`NoticeQueue`]), in order, until there is room.
 pub struct NoticeSender {
     ring: Ring,
     bell: Bell,
-    waiting: VecDeque<Vec<u8>>,
+    waiting: NoticeQueue,
 }
 
 impl NoticeSender {
@@ -119,7 +110,7 @@ impl NoticeSender {
     /// When the fleet's services are not there.
     pub fn open(node: &Node) -> Result<NoticeSender> {
         let (ring, bell) = (Ring::open(node.address(), NOTICES)?, Bell::open(node.address(), NOTICES_BELL)?);
-        Ok(NoticeSender { ring, bell, waiting: VecDeque::new() })
+        Ok(NoticeSender { ring, bell, waiting: NoticeQueue::default() })
     }
 
     /// Hands a notice over and wakes the daemon.
@@ -129,12 +120,10 @@ impl NoticeSender {
             // No notice holds anything that cannot be encoded.
             return self.ring.count_lost();
         };
-        if self.waiting.is_empty() && self.ring.push(&bytes) {
-            self.ring_bell();
-        } else if matches!(notice, Notice::Log(_)) || self.waiting.len() >= BACKLOG_MAX {
-            self.ring.count_lost();
-        } else {
-            self.waiting.push_back(bytes);
+        match self.waiting.send(notice, bytes, &mut |bytes| self.ring.push(bytes)) {
+            Sent::Pushed => self.ring_bell(),
+            Sent::Waits => {}
+            Sent::LeftOut => self.ring.count_lost(),
         }
     }
 
@@ -142,7 +131,7 @@ impl NoticeSender {
     /// tick: it costs nothing when nothing waits).
     pub fn flush(&mut self) -> usize {
         let before = self.waiting.len();
-        let after = flush(&self.ring, &mut self.waiting);
+        let after = self.waiting.flush(&mut |bytes| self.ring.push(bytes));
         if after < before {
             self.ring_bell();
         }
@@ -207,13 +196,6 @@ impl AsFd for NoticeReceiver {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.bell.as_fd()
     }
-}
-
-fn flush(ring: &Ring, waiting: &mut VecDeque<Vec<u8>>) -> usize {
-    while waiting.front().is_some_and(|bytes| ring.push(bytes)) {
-        waiting.pop_front();
-    }
-    waiting.len()
 }
 
 /// What cannot be decoded is skipped: both ends are the same build, so it would be damage.

@@ -7,6 +7,7 @@
 //! gate          world <-> robots    tick, answers, stop, start, progress         futex words in a file
 //! frames        world -> observers  whole frames                                 iceoryx2 publish-subscribe
 //! control       daemon <-> world    orders and notices                           ring in a file, and a bell
+//! queue         the same             what becomes of a message that finds its ring full    pure
 //! operator      operator -> daemon  requests and replies                         unix socket
 //! stats         any -> daemon       latency histograms and counters              counters in a file
 //! blame         any -> daemon       why a period was late                        the same file
@@ -39,6 +40,7 @@ mod map;
 pub mod node;
 pub mod operator;
 pub mod process;
+pub mod queue;
 mod ring;
 pub mod robot_board;
 pub mod services;
