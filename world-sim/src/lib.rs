@@ -13,6 +13,7 @@
 //! ranges      who hears and sees what     contact     swept clearances
 //! referee     goals, arrival, path        smoothness  jerk
 //! progress    who gets nowhere            shortest    the path one could take
+//! attendance  which processes answer      pace        when periods begin
 //! shell       the process                 journal     log and notices
 //! recorder    everything into a file      touch       where bodies touched first
 //! outcome_file  what the process leaves
@@ -20,6 +21,7 @@
 //! ```
 
 mod arm;
+pub mod attendance;
 mod body;
 mod contact;
 mod grid;
@@ -28,6 +30,7 @@ mod kinematics;
 mod links;
 mod motion;
 pub mod outcome_file;
+pub mod pace;
 mod presence;
 mod progress;
 mod ranges;

@@ -1,10 +1,10 @@
 //! The process around the world: shared memory, time, and the end of it. No decision about robots is taken here;
 //! the shell only finds out who answered.
 
-mod stragglers;
-
 use crate::World;
+use crate::attendance::{self, Attendance, PATIENCE, Seen};
 use crate::outcome_file::OutcomeFile;
+use crate::pace::Pace;
 use crate::recorder::Recorder;
 use bus::blame::{Period, Watch};
 use bus::{
@@ -14,7 +14,7 @@ use bus::{
 use planners::Drive;
 use protocol::Seat;
 use protocol::codec::{self, CodecError};
-use protocol::daemon_to_world::{Absence, Order};
+use protocol::daemon_to_world::Absence;
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::WorldEnd;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
@@ -24,15 +24,9 @@ use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use stragglers::{Seen, Stragglers};
 
-/// Longest sleep without a look at the orders and at the slots.
-const PATIENCE: Duration = Duration::from_millis(100);
 /// The first period of `realtime` begins this long after everybody is ready.
 const RUN_UP_NS: u64 = 5_000_000;
-/// A `realtime` world that is late catches up, but not more than this many periods, or the life of a command if that is
-/// longer: robots would drive blind meanwhile. What is more is a gap.
-const CATCH_UP_PERIODS: u64 = 10;
 
 /// Name of the file in the run's root that holds the scenario.
 pub const SCENARIO_FILE: &str = "scenario";
@@ -106,22 +100,11 @@ struct Shell {
     commands: Vec<Option<Drive>>,
     bodies: Vec<FrameBody>,
     recorder: Option<Recorder>,
-    /// Seats whose process does not answer: nobody waits for them. Each with its signs of life until then.
-    silent: Vec<(Seat, u64)>,
-    /// Of each slot, the tick after the last one in which it took part.
-    took_part: Vec<u64>,
-    /// `realtime`: since when each slot has been without a command, ns: when the odometry was written that the newest one
-    /// was computed from; its entry counts as one.
-    commanded_ns: Vec<u64>,
-    /// `realtime`: when time last went on after a gap, ns.
-    resumed_ns: u64,
+    attendance: Attendance,
     straggler_limit: Duration,
-    stragglers: Stragglers,
     /// Participants that have not answered the open tick.
     missing: Vec<Seat>,
     command_timeout_ns: u64,
-    /// The run is to end after the present tick.
-    stopping: bool,
     node: Node,
 }
 
@@ -130,6 +113,8 @@ impl Shell {
         let node = Node::new(address, "world")?;
         let sizes = Sizes { max_robots: scenario.fleet.max_robots as u32, shape_pieces: scenario.shape_pieces() };
         let slots = scenario.fleet.max_robots;
+        let straggler_limit = Duration::from_secs_f64(scenario.fleet.straggler_limit_s);
+        let command_timeout_ns = (scenario.fleet.command_timeout_s * 1e9) as u64;
         let mut shell = Shell {
             world: World::new(scenario),
             period_ns: (1e9 / scenario.clock.tick_hz).round() as u64,
@@ -148,15 +133,10 @@ impl Shell {
             commands: vec![None; slots],
             bodies: Vec::new(),
             recorder: None,
-            silent: Vec::new(),
-            took_part: vec![0; slots],
-            commanded_ns: vec![0; slots],
-            resumed_ns: 0,
-            straggler_limit: Duration::from_secs_f64(scenario.fleet.straggler_limit_s),
-            stragglers: Stragglers::new(Duration::from_secs_f64(scenario.fleet.straggler_limit_s)),
+            attendance: Attendance::new(slots, straggler_limit, command_timeout_ns),
+            straggler_limit,
             missing: Vec::with_capacity(slots),
-            command_timeout_ns: (scenario.fleet.command_timeout_s * 1e9) as u64,
-            stopping: false,
+            command_timeout_ns,
             node,
         };
         for index in 0..sizes.shape_pieces {
@@ -183,12 +163,9 @@ impl Shell {
             let now_ns = clock::now_ns();
             for index in 0..self.world.participants().len() {
                 let seat = self.world.participants()[index];
-                let command = if self.gate.answered(seat, tick) { self.command_of(seat) } else { None };
-                self.obey(
-                    seat,
-                    command.filter(|command| command.tick == tick),
-                    gate::is_measured(tick).then_some(now_ns),
-                );
+                let answered = self.gate.answered(seat, tick);
+                let command = attendance::command_of_tick(tick, answered, self.command_of(seat));
+                self.obey(seat, command, gate::is_measured(tick).then_some(now_ns));
             }
             self.close_tick(now_ns);
             self.take_orders();
@@ -201,12 +178,12 @@ impl Shell {
         self.send_notices();
         self.await_due();
         self.meet();
-        let mut due_ns = clock::now_ns() + RUN_UP_NS;
-        self.commanded_ns.fill(due_ns);
-        self.gate.set_start(due_ns);
+        let start_ns = clock::now_ns() + RUN_UP_NS;
+        let mut pace = Pace::new(start_ns, self.period_ns, self.command_timeout_ns);
+        self.attendance.begin(start_ns);
+        self.gate.set_start(start_ns);
         let mut watch = Watch::of_world();
-        let gap_ns = self.command_timeout_ns.max(CATCH_UP_PERIODS * self.period_ns);
-        clock::sleep_until_ns(due_ns);
+        clock::sleep_until_ns(start_ns);
         let mut woken = None;
         while !self.over() {
             self.open_tick();
@@ -218,33 +195,18 @@ impl Shell {
                     Period { period_ns: self.period_ns, due_ns, woken_ns, done_ns, work_ns, ..Period::default() };
                 watch.judge(&mut self.stats, period);
             }
-            due_ns += self.period_ns;
-            // A world that is late does the ticks it slept through one after the other: simulated time keeps to the clock.
+            let due_ns = pace.next_ns();
             clock::sleep_until_ns(due_ns);
             let now_ns = clock::now_ns();
             woken = Some((due_ns, now_ns));
-            let late_ns = now_ns.saturating_sub(due_ns);
-            if late_ns > gap_ns {
-                // Time stood still. It goes on from here, in the same phase as the agents' timers.
-                due_ns += late_ns / self.period_ns * self.period_ns;
-                self.resumed_ns = now_ns;
-                self.world.stood_still(late_ns / 1_000_000);
+            if let Some(lost_ns) = pace.woken(now_ns) {
+                self.attendance.stood_still(now_ns);
+                self.world.stood_still(lost_ns / 1_000_000);
             }
             for index in 0..self.world.participants().len() {
                 let seat = self.world.participants()[index];
-                let slot = seat.slot as usize;
-                let command = self.command_of(seat);
-                if let Some(command) = &command {
-                    self.commanded_ns[slot] = self.commanded_ns[slot].max(command.odometry_stamp_ns);
-                }
-                // While the world itself stood still, nobody could do anything new.
-                let since_ns = self.commanded_ns[slot].max(self.resumed_ns);
-                if now_ns.saturating_sub(since_ns) > self.command_timeout_ns {
-                    self.give_up(seat, Absence::Overdue);
-                }
-                // A command is as old as what its robot knew.
-                let oldest_ns = now_ns.saturating_sub(self.command_timeout_ns);
-                let command = command.filter(|command| command.odometry_stamp_ns >= oldest_ns);
+                let (newest, gate) = (self.command_of(seat), &self.gate);
+                let command = self.attendance.newest(&mut self.world, seat, newest, now_ns, &|seat| gate.signs(seat));
                 self.obey(seat, command, Some(now_ns));
             }
             self.close_tick(now_ns);
@@ -258,8 +220,8 @@ impl Shell {
 
     /// Lets the tick begin, and tells every robot what it hears and sees.
     fn open_tick(&mut self) {
-        let (gate, silent) = (&self.gate, &self.silent);
-        self.world.open(&mut |seat| gate.is_ready(seat) && !silent.iter().any(|(who, _)| *who == seat));
+        let (gate, attendance) = (&self.gate, &self.attendance);
+        self.world.open(&mut |seat| gate.is_ready(seat) && !attendance.is_silent(seat));
         let stamp_ns = clock::now_ns();
         let (world, board) = (&self.world, &mut self.board);
         let opening = world.opening();
@@ -281,10 +243,7 @@ impl Shell {
             if self.robots[slot].as_ref().is_none_or(|(who, _)| *who != seat) {
                 self.open_robot(seat);
             }
-            let tick = self.world.tick();
-            if std::mem::replace(&mut self.took_part[slot], tick + 1) != tick {
-                self.commanded_ns[slot] = stamp_ns; // It has just entered, or come back.
-            }
+            self.attendance.takes_part(seat, self.world.tick(), stamp_ns);
         }
         self.show(stamp_ns);
         self.send_notices();
@@ -306,7 +265,10 @@ impl Shell {
         match reader {
             Ok(reader) => self.robots[slot] = Some((seat, reader)),
             Err(error) if error.is_missing() => {}
-            Err(error) => self.give_up(seat, Absence::Deaf { why: format!("its commands cannot be read: {error}") }),
+            Err(error) => {
+                let (why, gate) = (format!("its commands cannot be read: {error}"), &self.gate);
+                self.attendance.give_up(&mut self.world, seat, Absence::Deaf { why }, &|seat| gate.signs(seat));
+            }
         }
     }
 
@@ -361,14 +323,14 @@ impl Shell {
             contacts: self.world.contacts(),
             stamp_ns: now_ns,
         });
-        self.welcome_back();
+        let gate = &self.gate;
+        self.attendance.welcome_back(&mut self.world, &|seat| gate.signs(seat));
     }
 
     /// The newest command of a seat, if it ever gave one.
     fn command_of(&self, seat: Seat) -> Option<Command> {
         let (who, reader) = self.robots[seat.slot as usize].as_ref()?;
-        let command = reader.command();
-        (*who == seat && command.incarnation == seat.incarnation && command.stamp_ns > 0).then_some(command)
+        attendance::command_of(seat, reader.command()).filter(|_| *who == seat)
     }
 
     /// Takes a command for this tick; `now_ns`, if its age is to be measured.
@@ -398,71 +360,32 @@ impl Shell {
 
     /// Whether a robot that is to enter now, and that has not been given up, has not said this yet.
     fn misses(&mut self, said: fn(&Gate, Seat) -> bool) -> bool {
-        let (gate, silent) = (&self.gate, &self.silent);
-        self.world.due().iter().any(|seat| !said(gate, *seat) && !silent.iter().any(|(who, _)| who == seat))
+        let gate = &self.gate;
+        self.attendance.misses(&mut self.world, &|seat| said(gate, seat))
     }
 
     /// Waits until every participant has answered the tick, or has been given up.
     fn await_answers(&mut self, tick: u64, opened_ns: u64) {
-        self.stragglers.begin(opened_ns);
+        self.attendance.await_answers(opened_ns);
         loop {
             self.gate.wait_answers(tick, PATIENCE);
-            let (gate, silent) = (&self.gate, &self.silent);
-            let is_missing = |seat: &Seat| !gate.answered(*seat, tick) && !silent.iter().any(|(who, _)| who == seat);
-            self.missing.clear();
-            self.missing.extend(self.world.participants().iter().filter(|seat| is_missing(seat)));
-            if self.missing.is_empty() || self.gate.stopped() {
+            let gate = &self.gate;
+            self.attendance.missing(&self.world, &|seat| gate.answered(seat, tick), &mut self.missing);
+            if self.missing.is_empty() || gate.stopped() {
                 return;
             }
-            let now_ns = clock::now_ns();
-            // Whoever wants the run to end does not want to wait for a robot that hangs.
-            let short = PATIENCE.min(self.straggler_limit).as_nanos() as u64;
-            let overdue = if self.stopping && now_ns.saturating_sub(opened_ns) > short {
-                self.missing.clone()
-            } else {
-                self.stragglers.overdue(now_ns, &self.missing, &mut |seat| seen(gate, seat))
-            };
+            let overdue = self.attendance.overdue(clock::now_ns(), &self.missing, &mut |seat| seen(gate, seat));
             for seat in overdue {
-                self.give_up(seat, Absence::Overdue);
+                self.attendance.give_up(&mut self.world, seat, Absence::Overdue, &|seat| gate.signs(seat));
             }
             self.take_orders();
         }
     }
 
-    fn is_silent(&self, seat: Seat) -> bool {
-        self.silent.iter().any(|(who, _)| *who == seat)
-    }
-
-    /// Nobody waits for this seat any more; what it means is the world's business. A seat that is not in the world, or
-    /// not any more, is nobody: what is said of it must not fall on the robot that has its place later.
-    fn give_up(&mut self, seat: Seat, cause: Absence) {
-        if self.world.has_process(seat) && !self.is_silent(seat) {
-            self.silent.push((seat, self.gate.signs(seat)));
-            self.world.order(Order::Absent { seat, cause });
-        }
-    }
-
-    /// Robots that gave a sign of life since they were given up come back.
-    fn welcome_back(&mut self) {
-        let (gate, world) = (&self.gate, &mut self.world);
-        self.silent.retain(|(seat, signs)| {
-            let alive = gate.signs(*seat) != *signs;
-            if alive {
-                world.back(*seat);
-            }
-            !alive && world.has_process(*seat)
-        });
-    }
-
     fn take_orders(&mut self) {
         while let Some(order) = self.orders.take() {
-            match order {
-                Order::Absent { seat, cause } => self.give_up(seat, cause),
-                order => {
-                    self.stopping |= order == Order::Stop;
-                    self.world.order(order);
-                }
-            }
+            let gate = &self.gate;
+            self.attendance.take(&mut self.world, order, &|seat| gate.signs(seat));
         }
     }
 

@@ -8,10 +8,12 @@
 //!
 //! Nothing is looked at before a tick has taken a tenth of a second, so the loop pays nothing for this.
 
-use super::PATIENCE;
 use bus::clock::Schedstat;
 use protocol::Seat;
 use std::time::Duration;
+
+/// The world's longest sleep without a look at the orders and at the slots.
+pub const PATIENCE: Duration = Duration::from_millis(100);
 
 /// A tick waits for no robot longer than this many limits of wall time, whatever the robot was waiting for itself.
 const WALL_LIMITS_MAX: u64 = 100;
@@ -20,10 +22,11 @@ const LOOKS: u32 = 32;
 
 /// What the kernel says of a process at one look.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
-    pub(super) stat: Schedstat,
+pub struct Seen {
+    /// What it has used.
+    pub stat: Schedstat,
     /// It runs, or could.
-    pub(super) runnable: bool,
+    pub runnable: bool,
 }
 
 /// A robot that has not answered.
