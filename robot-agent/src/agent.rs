@@ -4,8 +4,10 @@ use crate::radio::Receiver;
 use nalgebra::{Point2, Vector2};
 use planners::registry::Identity;
 use planners::{ArmState, Chassis, Drive, Neighbor, Obstacle, ParamError, PlanInput, PlanState, Planner};
+use protocol::Seat;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 
 pub use crate::radio::Time;
@@ -37,6 +39,20 @@ pub struct AgentOutputs {
     pub plan: PlanState,
 }
 
+impl AgentOutputs {
+    /// What goes on its board for the world: computed from this odometry, written at `stamp_ns`.
+    pub fn command(&self, odometry: &Odometry, stamp_ns: u64) -> Command {
+        let command = Command {
+            tick: odometry.tick,
+            stamp_ns,
+            odometry_stamp_ns: odometry.stamp_ns,
+            incarnation: odometry.incarnation,
+            ..Command::default()
+        };
+        command.with_drive(self.drive).with_plan(self.plan)
+    }
+}
+
 /// Why an agent cannot be built from its spec.
 #[derive(Debug, thiserror::Error)]
 pub enum AgentError {
@@ -58,6 +74,32 @@ pub enum AgentError {
         /// Why.
         problem: ParamError,
     },
+}
+
+/// What the odometry that an agent has just read asks of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Duty {
+    /// Nothing yet: it is for another life of the robot.
+    Wait,
+    /// To end: the robot has left.
+    Leave,
+    /// To show that it lives: the robot is held or paused, or this is not what it should answer.
+    ShowLife,
+    /// To plan and to answer.
+    Plan,
+}
+
+/// What this odometry asks of the agent of a seat. `counts`: it is that of the open tick, or new enough for a command.
+pub fn duty(seat: Seat, odometry: &Odometry, counts: bool) -> Duty {
+    if odometry.incarnation != seat.incarnation {
+        Duty::Wait
+    } else if odometry.has(Odometry::FLAG_LEFT) {
+        Duty::Leave
+    } else if odometry.has(Odometry::FLAG_PRESENT) && counts {
+        Duty::Plan
+    } else {
+        Duty::ShowLife
+    }
 }
 
 /// One robot's agent.

@@ -12,7 +12,7 @@ pub mod executable;
 pub mod radio;
 pub mod shell;
 
-pub use agent::{Agent, AgentError, AgentInputs, AgentOutputs, Time, planner_of};
+pub use agent::{Agent, AgentError, AgentInputs, AgentOutputs, Duty, Time, duty, planner_of};
 pub use executable::{run, run_adjusted};
 pub use protocol::daemon_to_robot::AgentSpec;
 pub use {nalgebra, planners};

@@ -3,7 +3,7 @@
 //! [`run`] takes the function that builds the planner, so that another executable can bring its own planner
 //! (see [`crate::executable`]).
 
-use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Time, planner_of};
+use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Duty, Time, duty, planner_of};
 use bus::blame::{Period, Watch};
 use bus::{
     Address, BusError, Counter, Gate, Metric, Node, Poses, RobotReader, RobotWriter, Sizes, StatsWriter, Strips,
@@ -14,7 +14,6 @@ use protocol::Seat;
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::PosePair;
-use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use scenarios::Mode;
 use std::path::PathBuf;
@@ -169,15 +168,14 @@ fn lockstep(
         let woken_ns = if measured { clock::now_ns() } else { opened_ns };
         last = Some(tick);
         let odometry = ports.world.odometry();
-        if odometry.incarnation != seat.incarnation {
-            continue; // not in the world yet
-        }
-        if odometry.has(Odometry::FLAG_LEFT) {
-            return Ok(());
-        }
-        if !odometry.has(Odometry::FLAG_PRESENT) || odometry.tick != tick {
-            ports.gate.note_alive(seat); // held or paused: nobody waits for this answer
-            continue;
+        match duty(seat, &odometry, odometry.tick == tick) {
+            Duty::Plan => {}
+            Duty::Wait => continue,
+            Duty::ShowLife => {
+                ports.gate.note_alive(seat);
+                continue;
+            }
+            Duty::Leave => return Ok(()),
         }
         step(&mut agent, ports, &odometry, Time::Ticks, stopwatch, adjust)?;
         ports.gate.answer(seat, tick);
@@ -242,14 +240,11 @@ fn realtime(
         }
         let odometry = ports.world.odometry();
         let mut work_ns = 0;
-        if odometry.incarnation == seat.incarnation {
-            if odometry.has(Odometry::FLAG_LEFT) {
-                return Ok(());
-            }
-            // From odometry that is too old for its commands to act there is no command: nobody drives blind. The periods
-            // count as late for their input.
-            let is_fresh = woken_ns.saturating_sub(odometry.stamp_ns) <= odometry_age_ns_max;
-            if odometry.has(Odometry::FLAG_PRESENT) && is_fresh {
+        // From odometry that is too old for its commands to act there is no command: nobody drives blind. The periods
+        // count as late for their input.
+        let is_fresh = woken_ns.saturating_sub(odometry.stamp_ns) <= odometry_age_ns_max;
+        match duty(seat, &odometry, is_fresh) {
+            Duty::Plan => {
                 expected = true;
                 step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, stopwatch, adjust)?;
                 work_ns = stopwatch.plan_ns();
@@ -259,8 +254,11 @@ fn realtime(
                     ports.stats.record(Metric::Plan, work_ns);
                     ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
                 }
+                ports.gate.note_alive(seat);
             }
-            ports.gate.note_alive(seat);
+            Duty::ShowLife => ports.gate.note_alive(seat),
+            Duty::Wait => {}
+            Duty::Leave => return Ok(()),
         }
         let period = Period {
             period_ns,
@@ -301,14 +299,7 @@ fn step(
     let stamp_ns = stopwatch.done_ns.load(Relaxed);
     outputs.pose.stamp_ns = stamp_ns;
     ports.robot.pose(outputs.pose);
-    let command = Command {
-        tick: odometry.tick,
-        stamp_ns,
-        odometry_stamp_ns: odometry.stamp_ns,
-        incarnation: odometry.incarnation,
-        ..Command::default()
-    };
-    ports.robot.command(command.with_drive(outputs.drive).with_plan(outputs.plan));
+    ports.robot.command(outputs.command(odometry, stamp_ns));
     ports.gate.note_heard(agent.spec().seat, ports.heard.len());
     Ok(())
 }
