@@ -2,8 +2,8 @@
 
 use crate::route::{Cell, MEASURED, Route, WARM_UP};
 use divan::Bencher;
+use model::Seat;
 use planners::PlanInput;
-use protocol::Seat;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -40,7 +40,7 @@ fn step(bencher: Bencher<'_, '_>, cell: &Cell) {
 }
 
 fn piece(obstacle: &planners::Obstacle) -> Piece {
-    let planners::Capsule { a, b, radius } = obstacle.shape;
+    let geometry::Capsule { a, b, radius } = obstacle.shape;
     let (ax_m, ay_m, bx_m, by_m) = (a.x, a.y, b.x, b.y);
     Piece { ax_m, ay_m, bx_m, by_m, radius_m: radius, obstacle: obstacle.id, ..Piece::default() }
 }

@@ -5,7 +5,7 @@
 use crate::home::{Home, Other, Period};
 use bus::{Node, Poses, RobotReader, RobotWriter, Services, Sizes, WorldReader, WorldWriter};
 use divan::Bencher;
-use protocol::Seat;
+use model::Seat;
 use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::Odometry;
 use std::cell::RefCell;

@@ -5,7 +5,7 @@
 use crate::home::{Home, Other};
 use bus::{Gate, TickWait, clock};
 use divan::Bencher;
-use protocol::Seat;
+use model::Seat;
 use std::time::Duration;
 
 const PATIENCE: Duration = Duration::from_secs(1);

@@ -2,8 +2,8 @@
 //! ranges), and how they move and touch (`close`: kinematics, swept contacts, the referee).
 
 use divan::Bencher;
+use model::Drive;
 use nalgebra::Vector2;
-use planners::Drive;
 use scenarios::Overrides;
 use std::cell::RefCell;
 use world_sim::World;

@@ -40,7 +40,7 @@
 use crate::clock::{now_ns, timespec};
 use crate::map::Mapping;
 use crate::{Address, Result};
-use protocol::Seat;
+use model::Seat;
 use rustix::thread::futex;
 use std::sync::atomic::Ordering::{AcqRel, Acquire, Relaxed, Release};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};

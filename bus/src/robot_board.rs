@@ -11,7 +11,7 @@
 use crate::board::{self, Board, Entry, EntryMut, Key};
 use crate::node::Node;
 use crate::{Result, Sizes, clock};
-use protocol::Seat;
+use model::Seat;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::robot_to_world::Command;
 

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Home, home_of_child};
-use protocol::Seat;
+use model::Seat;
 use protocol::operator_to_daemon::{Reply, Request};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::Odometry;

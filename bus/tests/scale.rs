@@ -6,7 +6,7 @@
 mod common;
 
 use common::Home;
-use protocol::Seat;
+use model::Seat;
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};

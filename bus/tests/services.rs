@@ -4,12 +4,12 @@
 mod common;
 
 use common::Home;
-use protocol::Seat;
+use model::{Event, Seat};
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::robot_to_world::Command;
-use protocol::world_to_daemon::{Event, Notice};
+use protocol::world_to_daemon::Notice;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};

@@ -7,13 +7,12 @@
 mod operators;
 
 use crate::ending::SIGBUS;
+use model::{Event, Scenario, Seat, StragglerPolicy, TimelineAction};
 use operators::Waiting;
 pub use operators::{Answer, CONFIRM_WITHIN, WAITING_MAX};
-use protocol::Seat;
 use protocol::daemon_to_world::{Absence, Order, Ticket};
 use protocol::operator_to_daemon::Reply;
-use protocol::world_to_daemon::{Event, Notice};
-use scenarios::{Scenario, StragglerPolicy, What};
+use protocol::world_to_daemon::Notice;
 use std::time::Duration;
 
 /// The shell lets the coordinator look at the clock more often than this; what is beyond it, nothing ran.
@@ -114,7 +113,7 @@ impl State {
     }
 }
 
-/// What the coordinator knows of one robot.
+/// TimelineAction the coordinator knows of one robot.
 #[derive(Clone, Debug)]
 pub struct Member {
     /// The life that runs, ran last, or is awaited.
@@ -137,7 +136,7 @@ pub struct Coordinator {
     stopping: bool,
     interrupts: u32,
     tasks: u32,
-    /// What operators asked for and the world has not answered, in the order in which it was asked for.
+    /// TimelineAction operators asked for and the world has not answered, in the order in which it was asked for.
     waiting: Vec<Waiting>,
     /// When time was looked at last.
     looked_at: Option<Duration>,
@@ -162,7 +161,7 @@ impl Coordinator {
     /// Starts the agents of all robots that are in the world from the beginning, without waiting for the world to ask.
     pub fn begin(&mut self) {
         let joins: Vec<usize> = (self.scenario.events.iter())
-            .filter_map(|event| if let What::Join { robot } = event.what { Some(robot) } else { None })
+            .filter_map(|event| if let TimelineAction::Join { robot } = event.what { Some(robot) } else { None })
             .collect();
         for slot in (0..self.members.len()).filter(|slot| !joins.contains(slot)) {
             self.start(Seat { slot: slot as u32, incarnation: 0 });
@@ -174,7 +173,7 @@ impl Coordinator {
         self.actions.push(Action::Say(line));
     }
 
-    /// What is to be done, in order.
+    /// TimelineAction is to be done, in order.
     pub fn take_actions(&mut self) -> Vec<Action> {
         std::mem::take(&mut self.actions)
     }

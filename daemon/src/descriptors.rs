@@ -5,7 +5,7 @@
 
 use crate::exit::Failure;
 use bus::descriptors::{PER_BOARD, of_agent, of_daemon, of_world, open_now, raise_limit};
-use scenarios::Scenario;
+use model::Scenario;
 use world_sim::World;
 
 /// Raises the limit as far as it goes, and refuses a fleet that is too large for it.

@@ -5,10 +5,8 @@ use crate::exit::{self, Failure};
 use crate::processes::Measured;
 use crate::supervisor::{Supervisor, Watch, Who, now};
 use bus::{Address, clean};
-use protocol::Seat;
-use protocol::world_to_daemon::Outcome;
+use model::{Outcome, Scenario, Seat};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use scenarios::Scenario;
 use std::time::Duration;
 
 /// How often it looks while the agents go.

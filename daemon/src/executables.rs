@@ -4,7 +4,7 @@
 //! anything starts, and what was checked is what runs.
 
 use crate::exit::Failure;
-use scenarios::Scenario;
+use model::Scenario;
 use std::collections::BTreeMap;
 use std::io;
 use std::os::unix::fs::PermissionsExt;

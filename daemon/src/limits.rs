@@ -1,11 +1,11 @@
-//! What containers, units and users may have of the machine: limits of control groups and of the user, and whether a
+//! TimelineAction containers, units and users may have of the machine: limits of control groups and of the user, and whether a
 //! fleet can fit into them at all. Of a group and those above it the tightest limit counts.
 #![expect(clippy::disallowed_methods, reason = "the daemon looks at the machine")]
 
 use crate::exit::Failure;
 use crate::report::text::bytes_text;
+use model::{Mode, Scenario, TimelineAction};
 use rustix::process::{Resource, getrlimit};
-use scenarios::{Mode, Scenario, What};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ pub fn memory_needed(robots: u64) -> u64 {
     (3 << 20) + robots * (768 << 10)
 }
 
-/// What the control groups of this process leave. `None` is no limit.
+/// TimelineAction the control groups of this process leave. `None` is no limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Groups {
     /// Processes and threads that may still be started.
@@ -121,7 +121,7 @@ impl Mount {
 
     /// The directories of a group and of those above it, as far as they can be seen.
     fn folders(&self, group: &str) -> Vec<PathBuf> {
-        // What is outside of what is mounted is seen as the mount point.
+        // TimelineAction is outside of what is mounted is seen as the mount point.
         let below = Path::new(group).strip_prefix(&self.group).unwrap_or(Path::new(""));
         below.ancestors().map(|folder| self.point.join(folder)).collect()
     }
@@ -203,9 +203,9 @@ fn fits(scenario: &Scenario, processes: Option<u64>, memory: Option<u64>) -> Res
 
 /// So many robots are there at one moment: all from the beginning, or all that never leave.
 fn together(scenario: &Scenario) -> u64 {
-    let count = |pick: fn(&What) -> bool| scenario.events.iter().filter(|event| pick(&event.what)).count();
-    let late = count(|what| matches!(what, What::Join { .. }));
-    let gone = count(|what| matches!(what, What::Leave { .. } | What::Kill { .. }));
+    let count = |pick: fn(&TimelineAction) -> bool| scenario.events.iter().filter(|event| pick(&event.what)).count();
+    let late = count(|what| matches!(what, TimelineAction::Join { .. }));
+    let gone = count(|what| matches!(what, TimelineAction::Leave { .. } | TimelineAction::Kill { .. }));
     scenario.robots.len().saturating_sub(late.min(gone)) as u64
 }
 

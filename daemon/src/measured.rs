@@ -3,7 +3,7 @@
 
 use crate::report::{Blame, LatencyFacts, LoopLatency, Percentiles, ProcessFacts};
 use bus::{Counter, Metric, StatsSnapshot};
-use protocol::Seat;
+use model::Seat;
 use std::collections::BTreeMap;
 
 /// The robots' statistics by slot, all lives of a robot together, and the world's. Files of others are left out.

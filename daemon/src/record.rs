@@ -3,9 +3,8 @@
 
 use crate::exit::Failure;
 use crate::file::Files;
+use model::{Outcome, Scenario};
 use protocol::record::{Record, RecordError};
-use protocol::world_to_daemon::Outcome;
-use scenarios::Scenario;
 use std::path::{Path, PathBuf};
 use world_sim::recorder::Recorder;
 

@@ -17,10 +17,7 @@ pub mod text;
 pub use assemble::assemble;
 pub(crate) use layout::{Column, Page, cut, table};
 
-use planners::PlanState;
-use protocol::Seat;
-use protocol::world_to_daemon::Outcome;
-use scenarios::{Mode, Scenario};
+use model::{Mode, Outcome, PlanState, Scenario, Seat};
 use serde::{Deserialize, Serialize};
 
 /// The name and version of the format.
@@ -89,7 +86,7 @@ pub struct RobotFacts {
 
 impl RobotFacts {
     /// Of a robot of a scenario, or of one that was added.
-    pub fn of(robot: &scenarios::Robot) -> RobotFacts {
+    pub fn of(robot: &model::Robot) -> RobotFacts {
         RobotFacts { id: robot.id.clone(), rounds: robot.rounds, planner: robot.planner.clone() }
     }
 }

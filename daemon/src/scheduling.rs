@@ -5,9 +5,9 @@
 //! by a thread that does the same to itself and ends.
 
 use crate::exit::Failure;
+use model::{Class, Processes, Scheduling};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_getaffinity, sched_setaffinity};
-use scenarios::{Class, Processes, Scheduling};
 use std::io;
 use std::os::unix::process::CommandExt;
 use std::process::Command;
@@ -113,7 +113,7 @@ fn try_out(wish: Wish) -> io::Result<()> {
 /// The processors that this process may use; `None` where the kernel has more than the call has room for.
 pub(crate) fn processors_of_this_process() -> Option<Vec<u16>> {
     let set = sched_getaffinity(None).ok()?;
-    Some((0..=scenarios::CPU_MAX).filter(|cpu| set.is_set(usize::from(*cpu))).collect())
+    Some((0..=model::CPU_MAX).filter(|cpu| set.is_set(usize::from(*cpu))).collect())
 }
 
 fn online() -> Option<Vec<u16>> {

@@ -3,14 +3,13 @@
 //! The same cores, the same order of things as in `lockstep`, without a process, a clock or shared memory. It is
 //! the fast way to try a method over many seeds, and the oracle that `lockstep` is held against.
 
-use protocol::Seat;
+use model::{Outcome, Scenario, Seat};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::PosePair;
-use protocol::world_to_daemon::{Notice, Outcome};
+use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::{NeighborRef, Piece};
 use robot_agent::agent::AgentError;
 use robot_agent::{Agent, AgentInputs, AgentOutputs, Time};
-use scenarios::Scenario;
 use std::ops::ControlFlow;
 use world_sim::World;
 

@@ -2,7 +2,8 @@
 
 use crate::exit::{Failure, USAGE};
 use crate::file::STANDARD;
-use scenarios::{Overrides, Problem, Problems, Scenario};
+use model::{Problem, Scenario};
+use scenarios::{Overrides, Problems};
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};

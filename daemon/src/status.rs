@@ -2,10 +2,9 @@
 
 use crate::processes::state_word;
 use bus::{Progress, WorldObserver, clock};
-use protocol::Seat;
+use model::{Mode, Scenario, Seat};
 use protocol::operator_to_daemon::{RobotStatus, Status};
 use protocol::world_to_robot::Odometry;
-use scenarios::{Mode, Scenario};
 
 /// The life of a robot: whose it is, its process, and a word for its state.
 pub struct Life {

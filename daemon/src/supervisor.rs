@@ -14,7 +14,7 @@ use bus::{
     Address, Footing, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes,
 };
 use bus::{Responder, StatsSnapshot, WorldObserver, clean, clock};
-use protocol::Seat;
+use model::{Scenario, Seat};
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
@@ -22,7 +22,6 @@ use protocol::operator_to_daemon::{Reply, Request, Status};
 use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal as Kill};
-use scenarios::Scenario;
 use std::collections::BTreeMap;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;

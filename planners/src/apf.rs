@@ -28,11 +28,12 @@
 //!
 //! Known limits: local minima, and goals that stand within the influence of an obstacle.
 
-use crate::drive::{Drive, Kind, steer_to_goal};
-use crate::geometry::Capsule;
-use crate::params::{ParamError, ParamValues};
+use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner, nearest_by_id};
 use crate::registry::{Identity, Method, Symmetry};
+use crate::steering::steer_to_goal;
+use geometry::Capsule;
+use model::{BodyKind, Drive, ParamValues};
 use nalgebra::{Point2, Vector2};
 
 /// Surfaces count as at least this far apart, so that the field stays finite, m.
@@ -44,7 +45,7 @@ pub static METHOD: Method = Method {
     summary: "artificial potential field: the goal pulls, obstacles and robots push",
     source: "Khatib 1986, Int. J. Robotics Research 5(1)",
     symmetry: Symmetry::FULL,
-    kinds: Kind::MOBILE,
+    kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps,
     build,
@@ -130,9 +131,9 @@ impl Planner for Khatib {
         let velocity = self.commanded(attractive + repulsive, input).cap_magnitude(input.limits.speed_mps_max);
         self.imagined = Some(velocity);
         let drive = match input.kind {
-            Kind::Point => Drive::Velocity(velocity),
-            Kind::Unicycle => steer_to_goal(velocity, self.params.heading_gain, input),
-            Kind::TwoLinkArm => Drive::stop(input.kind),
+            BodyKind::Point => Drive::Velocity(velocity),
+            BodyKind::Unicycle => steer_to_goal(velocity, self.params.heading_gain, input),
+            BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
         // The field keeps holding the robot after it arrived, and lets it be pushed away: it does not stand still.
         Plan { attractive, repulsive, ..Plan::only(drive) }
@@ -151,8 +152,8 @@ impl Khatib {
             Order::First => resultant,
             Order::Second => {
                 let v = match input.kind {
-                    Kind::Point | Kind::TwoLinkArm => input.velocity,
-                    Kind::Unicycle => self.imagined.unwrap_or(input.velocity),
+                    BodyKind::Point | BodyKind::TwoLinkArm => input.velocity,
+                    BodyKind::Unicycle => self.imagined.unwrap_or(input.velocity),
                 };
                 v + (resultant - self.params.damping * v) * input.dt_s
             }

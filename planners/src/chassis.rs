@@ -10,8 +10,10 @@
 //! - **Heading at the goal.** Once the robot is there, it turns where it stands. A body that cannot is right only if it
 //!   comes that way.
 
-use crate::drive::{Drive, Kind, Limits, turn_towards, wrap};
 use crate::planner::{Plan, PlanInput, Planner};
+use crate::steering::turn_towards;
+use geometry::wrap;
+use model::{BodyKind, Drive, Limits};
 use nalgebra::Vector2;
 use std::f64::consts::PI;
 
@@ -31,7 +33,7 @@ pub struct Chassis {
 impl Chassis {
     /// What the method plans, made right for the body. A body that is no unicycle gets the plan as it is.
     pub fn plan(&mut self, planner: &mut dyn Planner, input: &PlanInput<'_>) -> Plan {
-        if input.kind != Kind::Unicycle {
+        if input.kind != BodyKind::Unicycle {
             return planner.plan(input);
         }
         self.choose_gear(input);

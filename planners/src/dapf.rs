@@ -25,10 +25,10 @@
 use crate::amr_apf::field::{Own, mu};
 use crate::amr_apf::speed::{Body, Pivot, SpeedLaw, Twist};
 use crate::amr_apf::{rounded, unicycle};
-use crate::drive::{Drive, Kind};
-use crate::params::{ParamError, ParamField, ParamValues};
-use crate::planner::{Neighbor, Plan, PlanInput, PlanState, Planner, nearest_by_id};
+use crate::params::{ParamError, ParamField};
+use crate::planner::{Neighbor, Plan, PlanInput, Planner, nearest_by_id};
 use crate::registry::{Identity, Method, Symmetry, any_speed};
+use model::{BodyKind, Drive, ParamValues, PlanState};
 use nalgebra::{Point2, Rotation2, Vector2};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -40,7 +40,7 @@ pub static METHOD: Method = Method {
     name: "dapf",
     summary: "the baseline of amr-apf: pull and straight pushes of obstacles and robots",
     source: "Matoui et al. 2019, Simulation 95(7), as in the AMR-APF paper",
-    kinds: Kind::MOBILE,
+    kinds: BodyKind::MOBILE,
     symmetry: Symmetry::FULL,
     params: Params::specs,
     speed_mps: any_speed,

@@ -36,10 +36,11 @@
 //! Known limits, all of them the method's own: local minima before gaps, deadlock of exactly opposed robots, goals
 //! nearer to each other than `p_r` plus both radii, and poses older than about 0.2 s at 1 m/s.
 
-use crate::drive::{Drive, Kind, Limits, steer_to_goal};
-use crate::params::{ParamError, ParamValues};
+use crate::params::ParamError;
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
 use crate::registry::{Identity, Method, Symmetry};
+use crate::steering::steer_to_goal;
+use model::{BodyKind, Drive, Limits, ParamValues};
 use nalgebra::{Point2, Vector2};
 
 /// Surfaces count as at least this far apart, so that forces stay finite, m.
@@ -57,7 +58,7 @@ pub static METHOD: Method = Method {
     summary: "potential field over goal, obstacles and the other robots' exchanged positions",
     source: "Matoui et al. 2017, doi 10.1016/j.ifacol.2017.08.1822",
     symmetry: Symmetry::FULL,
-    kinds: Kind::MOBILE,
+    kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps,
     build,
@@ -153,13 +154,13 @@ impl Planner for DecentralizedApf {
         }
         let velocity = (attractive + repulsive).cap_magnitude(input.limits.speed_mps_max);
         let drive = match input.kind {
-            Kind::Point => Drive::Velocity(velocity),
-            Kind::Unicycle => {
+            BodyKind::Point => Drive::Velocity(velocity),
+            BodyKind::Unicycle => {
                 let turn_radps_max = input.limits.turn_radps_max.min(self.params.omega_max);
                 let limits = Limits { turn_radps_max, ..input.limits };
                 steer_to_goal(velocity, self.params.heading_gain, &PlanInput { limits, ..*input })
             }
-            Kind::TwoLinkArm => Drive::stop(input.kind),
+            BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
         // Also after arrival the field may move the robot: it does not stand still on purpose.
         Plan { attractive, repulsive, ..Plan::only(drive) }

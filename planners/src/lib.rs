@@ -1,4 +1,4 @@
-//! The methods: pure mathematics, no clock, no I/O, and no other crate of this workspace.
+//! The methods: pure mathematics, no clock, no I/O, and nothing of this workspace but the nouns and the geometry.
 //!
 //! A robot's plan is a function of what the robot knows at this tick ([`PlanInput`]) and of what the method
 //! remembers. Every method lives in one file beside its paper and registers itself with one line in [`registry`].
@@ -7,26 +7,19 @@
 
 pub mod amr_apf;
 pub mod apf;
-pub mod arm;
 pub mod chassis;
 pub mod dapf;
 pub mod decentralized_apf;
-pub mod drive;
-pub mod geometry;
 pub mod liquid;
 pub mod params;
 pub mod planner;
 pub mod pso_via_points;
-pub mod random;
 pub mod registry;
 pub mod rpoa;
-pub mod spline;
+pub mod steering;
 pub mod straight;
 
-pub use arm::{ArmGeometry, ArmState, Elbow};
 pub use chassis::Chassis;
-pub use drive::{Drive, Kind, Limits};
-pub use geometry::Capsule;
-pub use params::{ParamError, ParamField, ParamKind, ParamSpec, ParamValue, ParamValues};
-pub use planner::{Neighbor, Obstacle, Plan, PlanInput, PlanState, Planner, nearest_by_id, solid};
+pub use params::{ParamError, ParamField, ParamKind, ParamSpec};
+pub use planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id, solid};
 pub use registry::{Identity, METHODS, Method, Symmetry, find};

@@ -2,26 +2,9 @@
 //!
 //! A method declares its parameters once, with [`params!`](crate::params!), and gets both from it.
 
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+pub use model::{ParamValue, ParamValues};
 use std::fmt;
 use std::ops::RangeInclusive;
-
-/// A value as a scenario gives it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum ParamValue {
-    /// A real number.
-    Float(f64),
-    /// A whole number.
-    Int(i64),
-    /// A switch.
-    Bool(bool),
-    /// One word out of a list.
-    Choice(String),
-}
-
-/// Values by name; what is missing takes its default.
-pub type ParamValues = BTreeMap<String, ParamValue>;
 
 /// What a parameter may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,18 +134,6 @@ impl fmt::Display for ParamKind {
                 let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
                 write!(f, "one of {}", quoted.join(", "))
             }
-        }
-    }
-}
-
-impl fmt::Display for ParamValue {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            // Debug keeps the point of 1.0, as TOML does.
-            ParamValue::Float(x) => write!(f, "{x:?}"),
-            ParamValue::Int(n) => write!(f, "{n}"),
-            ParamValue::Bool(b) => write!(f, "{b}"),
-            ParamValue::Choice(word) => write!(f, "\"{word}\""),
         }
     }
 }

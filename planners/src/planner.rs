@@ -1,10 +1,8 @@
 //! What a method is given and what it answers.
 
-use crate::arm::ArmState;
-use crate::drive::{Drive, Kind, Limits};
-use crate::geometry::Capsule;
+use geometry::{ArmState, Capsule};
+use model::{BodyKind, Drive, Limits, PlanState};
 use nalgebra::{Point2, Vector2};
-use serde::{Deserialize, Serialize};
 
 /// Everything a method may look at in one tick. All of it is in the world frame.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +20,7 @@ pub struct PlanInput<'a> {
     /// Own body radius, m.
     pub radius_m: f64,
     /// How the body moves.
-    pub kind: Kind,
+    pub kind: BodyKind,
     /// What the body can do.
     pub limits: Limits,
     /// Where the robot heads now, m.
@@ -36,14 +34,13 @@ pub struct PlanInput<'a> {
     pub goal_yaw_tolerance_rad: f64,
     /// The goal is the last one and has been reached: what is planned from here on is how to stay.
     pub arrived: bool,
-    /// What the sensors see within range: fixed and moving obstacles, and bodies that do not speak on the radio.
-    /// Sorted by [`Obstacle::id`]; the edges of one polygon share an id and stand together.
+    /// What the sensors see within range: fixed and moving obstacles, and the bodies of robots that are not heard. Sorted by [`Obstacle::id`]; the edges of one polygon share an id and stand together.
     pub obstacles: &'a [Obstacle],
     /// The robots heard on the radio, sorted by [`Neighbor::id`].
     pub neighbors: &'a [Neighbor],
     /// The fixed obstacles of the whole world, for methods that plan on a map. Sorted like `obstacles`.
     pub map: &'a [Obstacle],
-    /// Own joints and build, if the body is an arm (`Kind::TwoLinkArm`).
+    /// Own joints and build, if the body is an arm (`BodyKind::TwoLinkArm`).
     pub arm: Option<ArmState>,
 }
 
@@ -141,30 +138,6 @@ pub struct Plan {
     pub stopped: bool,
     /// Whether the method has a plan at all.
     pub state: PlanState,
-}
-
-/// Whether a method has a plan, for the report.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlanState {
-    /// It knows what to do.
-    #[default]
-    Ready,
-    /// It is still looking for a way; until there is one the robot waits, or makes do.
-    Planning,
-    /// It found none, and will not look again until something changes.
-    GaveUp,
-}
-
-impl PlanState {
-    /// Its word in events and reports.
-    pub fn word(self) -> &'static str {
-        match self {
-            PlanState::Ready => "ready",
-            PlanState::Planning => "planning",
-            PlanState::GaveUp => "gave-up",
-        }
-    }
 }
 
 impl Plan {

@@ -1,8 +1,8 @@
 //! The methods that exist. A new one costs its file, its `pub mod` and one line here.
 
-use crate::drive::Kind;
-use crate::params::{self, ParamError, ParamSpec, ParamValues};
+use crate::params::{self, ParamError, ParamSpec};
 use crate::planner::Planner;
+use model::{BodyKind, ParamValues};
 
 /// Builds a method for one robot, or says which parameter does not fit.
 pub type Build = fn(&ParamValues, Identity) -> Result<Box<dyn Planner>, ParamError>;
@@ -18,7 +18,7 @@ pub struct Method {
     /// What leaves its plans unchanged; the property tests hold it to that.
     pub symmetry: Symmetry,
     /// The kinds of bodies that it can drive; a scenario that gives it another is refused.
-    pub kinds: &'static [Kind],
+    pub kinds: &'static [BodyKind],
     /// Its parameters.
     pub params: fn() -> Vec<ParamSpec>,
     /// The greatest speed that it asks of a body with these parameters and ticks of so many seconds, m/s: infinite if it

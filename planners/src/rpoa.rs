@@ -43,12 +43,13 @@
 //! too: where obstacles stand nearer to each other than 1.5 m, `mu_obs` should be about 1 / gap². The guard does not
 //! foresee: what moves towards the robot may touch it.
 
-use crate::drive::{Drive, Kind, steer_to_goal};
-use crate::geometry::Capsule;
-use crate::params::{ParamError, ParamValues};
+use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner, solid};
-use crate::random::Stream;
 use crate::registry::{Identity, Method, Symmetry};
+use crate::steering::steer_to_goal;
+use geometry::Capsule;
+use model::random::Stream;
+use model::{BodyKind, Drive, ParamValues};
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::TAU;
 
@@ -68,7 +69,7 @@ pub static METHOD: Method = Method {
     source: "Mohajer et al. 2013, doi 10.1155/2013/491346",
     // Particles stand at angles from +x, whichever way the world is turned.
     symmetry: Symmetry { rotation: false, reflection: false, ..Symmetry::FULL },
-    kinds: Kind::MOBILE,
+    kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps,
     build,
@@ -150,12 +151,12 @@ impl Planner for Rpoa {
         let Step { offset, nearest, .. } = self.choose(input.position, input.goal);
         let velocity = offset.cap_magnitude(input.limits.speed_mps_max * input.dt_s) / input.dt_s;
         let drive = match input.kind {
-            Kind::Point => Drive::Velocity(velocity),
-            Kind::Unicycle => {
+            BodyKind::Point => Drive::Velocity(velocity),
+            BodyKind::Unicycle => {
                 let twist = steer_to_goal(velocity, self.params.heading_gain, input);
                 if self.guards_against(twist, input) { turn_only(twist) } else { twist }
             }
-            Kind::TwoLinkArm => Drive::stop(input.kind),
+            BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
         Plan { attractive: nearest, repulsive: offset - nearest, ..Plan::only(drive) }
     }

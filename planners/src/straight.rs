@@ -4,10 +4,11 @@
 //! |--------|----------------|-------|---------|--------------------------|
 //! |        | `heading_gain` | 1/s   | 3.0     | a unicycle turns sharper |
 
-use crate::drive::{Drive, Kind, steer_to_goal};
-use crate::params::{ParamError, ParamValues};
+use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner};
 use crate::registry::{Identity, Method, Symmetry, any_speed};
+use crate::steering::steer_to_goal;
+use model::{BodyKind, Drive, ParamValues};
 
 /// Registry entry.
 pub static METHOD: Method = Method {
@@ -15,7 +16,7 @@ pub static METHOD: Method = Method {
     summary: "straight to the goal at full speed, blind to everything else",
     source: "",
     symmetry: Symmetry::FULL,
-    kinds: Kind::MOBILE,
+    kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps: any_speed,
     build,
@@ -51,9 +52,9 @@ impl Planner for Straight {
         let speed = input.limits.speed_mps_max.min(distance / input.dt_s);
         let velocity = to_goal / distance * speed;
         let drive = match input.kind {
-            Kind::Point => Drive::Velocity(velocity),
-            Kind::Unicycle => steer_to_goal(velocity, self.params.heading_gain, input),
-            Kind::TwoLinkArm => Drive::stop(input.kind),
+            BodyKind::Point => Drive::Velocity(velocity),
+            BodyKind::Unicycle => steer_to_goal(velocity, self.params.heading_gain, input),
+            BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
         Plan { attractive: velocity, ..Plan::only(drive) }
     }

@@ -50,7 +50,7 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
 /// A number of eight bytes may be encoded in one, and bincode counts it as eight.
 const EXPANSION: usize = 8;
 /// Memory that decoding takes at most for what it has read, as a multiple of the input: an element of a list takes up to
-/// 23 times its encoding (a [`scenarios::Problem`] of empty texts), and while a list grows, its memory is there
+/// 23 times its encoding (a [`model::Problem`] of empty texts), and while a list grows, its memory is there
 /// three times.
 pub const EXPANSION_MAX: usize = 96;
 /// Memory that decoding may take for what it has not read, bytes: serde reserves up to 1 MiB for a list before its first

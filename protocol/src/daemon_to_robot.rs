@@ -1,8 +1,6 @@
-//! What the daemon tells an agent when it starts it: a file in the root of the run, read once.
+//! TimelineAction the daemon tells an agent when it starts it: a file in the root of the run, read once.
 
-use crate::Seat;
-use planners::Obstacle;
-use scenarios::{Clock, Radio, Robot, Scenario, What};
+use model::{Clock, Radio, Robot, Scenario, Seat, TimelineAction};
 use serde::{Deserialize, Serialize};
 
 /// Everything an agent needs to know of the scenario.
@@ -31,7 +29,7 @@ impl AgentSpec {
     pub fn new(scenario: &Scenario, robot: &Robot, seat: Seat) -> AgentSpec {
         let mut radio = vec![(0, scenario.radio)];
         for event in &scenario.events {
-            if let What::Radio { robot, radio: new } = &event.what
+            if let TimelineAction::Radio { robot, radio: new } = &event.what
                 && robot.is_none_or(|slot| slot == seat.slot as usize)
             {
                 radio.push((event.tick, *new));
@@ -56,17 +54,11 @@ impl AgentSpec {
     }
 }
 
-/// A fixed piece on a map. Mirrors [`planners::Obstacle`] in a form that can be stored.
+/// A fixed piece on a map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapPiece {
     /// Names the obstacle.
     pub id: u32,
     /// Its shape.
-    pub shape: planners::Capsule,
-}
-
-impl From<MapPiece> for Obstacle {
-    fn from(piece: MapPiece) -> Obstacle {
-        Obstacle { id: piece.id, shape: piece.shape, velocity: nalgebra::Vector2::zeros() }
-    }
+    pub shape: geometry::Capsule,
 }

@@ -1,8 +1,7 @@
 //! What the daemon tells the world: facts about processes, and what operators ask for. The world decides what they
 //! mean, at the next boundary between two ticks.
 
-use crate::Seat;
-use scenarios::Robot;
+use model::{Robot, Seat};
 use serde::{Deserialize, Serialize};
 
 /// One order.

@@ -15,9 +15,8 @@
 //! header is bincode, which knows only the types of the binary that wrote it.
 
 use crate::codec::{self, CodecError};
-use crate::world_to_daemon::Outcome;
 use crate::world_to_observer::FrameBody;
-use scenarios::{MAX_ROBOTS, MAX_SHAPES, Robot, Scenario};
+use model::{MAX_ROBOTS, MAX_SHAPES, Outcome, Robot, Scenario};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Seek, SeekFrom};
 

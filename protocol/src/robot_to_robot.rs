@@ -36,7 +36,7 @@ pub struct SharedPose {
 impl SharedPose {
     /// It has reached its last goal.
     pub const FLAG_ARRIVED: u32 = 1;
-    /// It stands still on purpose: its method says so, see [`planners::Plan::stopped`].
+    /// It stands still on purpose: its planner says so.
     pub const FLAG_STOPPED: u32 = 2;
     /// There is a pose here: a board that was just made holds none.
     pub const FLAG_SPOKEN: u32 = 4;

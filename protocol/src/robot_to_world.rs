@@ -1,7 +1,7 @@
 //! What a robot asks of its body.
 
 use iceoryx2::prelude::ZeroCopySend;
-use planners::{Drive, PlanState};
+use model::{Drive, PlanState};
 
 /// The command of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]

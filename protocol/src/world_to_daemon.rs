@@ -1,8 +1,7 @@
 //! What the world tells the daemon: whom it expects, what happened, and in the end the outcome.
 
-use crate::Seat;
 use crate::daemon_to_world::Ticket;
-use planners::PlanState;
+use model::{Event, Outcome, Seat};
 use serde::{Deserialize, Serialize};
 
 /// Something that the daemon acts on while the run goes on.
@@ -53,39 +52,6 @@ pub enum Notice {
     Log(Event),
 }
 
-/// What happened, for the report.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Event {
-    /// At which tick.
-    pub tick: u64,
-    /// What: `joined`, `left`, `task`, `task-done`, `arrived`, `contact`, `killed`, `died`, `paused`, `resumed`,
-    /// `held`, `dropped`, `restarted`, `not-started`, `deaf`, `radio`, `gap` (time stood still), `ignored`, `off-goal`, ...
-    pub kind: String,
-    /// Slot of the robot it is about, if it is about one.
-    pub slot: Option<u32>,
-    /// More about it, for people.
-    pub detail: String,
-    /// Of a contact, where and when it was.
-    pub touch: Option<Touch>,
-}
-
-/// The first touch of a contact.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Touch {
-    /// Simulated time, s: between the ticks.
-    pub t_s: f64,
-    /// The point where the surfaces met; of bodies that entered the world overlapping, the middle of the overlap, m.
-    pub at_m: [f64; 2],
-}
-
-impl Event {
-    /// Whether an event of this kind says that a robot lacked something that it needed, so that the run is not that of
-    /// its scenario.
-    pub fn impairs(kind: &str) -> bool {
-        matches!(kind, "not-started" | "deaf")
-    }
-}
-
 /// What the world leaves when its process ends.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WorldEnd {
@@ -95,88 +61,4 @@ pub struct WorldEnd {
     pub record_failed: Option<String>,
     /// The scenario was over, or the daemon had ordered the end; `false`: the gate was stopped before.
     pub finished: bool,
-}
-
-/// What a run came to, by ground truth.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
-    /// Ticks that were run.
-    pub ticks: u64,
-    /// Hash of every robot's state at every tick.
-    pub trajectory_hash: u64,
-    /// One entry per robot that was ever in the world, by slot.
-    pub robots: Vec<RobotOutcome>,
-    /// Number of times two robots began to overlap.
-    pub robot_contacts: u64,
-    /// Number of times a robot began to overlap an obstacle.
-    pub obstacle_contacts: u64,
-    /// Smallest swept clearance between two robots, m; `None` with fewer than two.
-    pub min_clearance_m: Option<f64>,
-    /// Smallest swept clearance between a robot and an obstacle, m; `None` without obstacles.
-    pub min_obstacle_clearance_m: Option<f64>,
-    /// The log.
-    pub events: Vec<Event>,
-    /// Events that did not fit the log.
-    pub events_lost: u64,
-}
-
-/// What became of one robot.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct RobotOutcome {
-    /// Its slot.
-    pub slot: u32,
-    /// Its last life.
-    pub incarnation: u32,
-    /// It is within the tolerance of its last goal when the run ends (or has caught a goal that moves).
-    pub arrived: bool,
-    /// When it came there for good, since the start of the run (for a late joiner: since it joined), s.
-    pub time_s: Option<f64>,
-    /// The tick at which it did.
-    pub arrived_tick: Option<u64>,
-    /// The tick at which it entered the world.
-    pub joined_tick: u64,
-    /// How far it drove until it arrived, or in all, m.
-    pub path_length_m: f64,
-    /// Against the shortest free path; `None` where that is undefined.
-    pub path_ratio: Option<f64>,
-    /// Contacts it was part of.
-    pub contacts: u64,
-    /// Goals reached that came as tasks.
-    pub tasks_done: u32,
-    /// Goals reached in all.
-    pub goals_done: u32,
-    /// How often it has gone through the goals that it had from the start.
-    pub rounds_done: u32,
-    /// From where it was last to its present or last goal, m; `None` if it never was in the world.
-    pub final_distance_m: Option<f64>,
-    /// It has not arrived and takes part, but gets nowhere.
-    pub stall: Option<Stall>,
-    /// Whether its method had a plan at the end.
-    pub plan: PlanState,
-    /// Smoothness (log dimensionless jerk), 0 is best; `None` for a robot that never moved.
-    pub ldj: Option<f64>,
-    /// It was taken out: dropped, dead for good, or left.
-    pub gone: Option<String>,
-}
-
-/// How a robot gets nowhere. What counts as progress is said where it is judged, in the world's `progress`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Stall {
-    /// It stands.
-    Deadlocked,
-    /// It drives, but comes no nearer.
-    Livelocked,
-    /// It drives, but reverses all the time.
-    Oscillating,
-}
-
-impl Stall {
-    /// Its word in reports.
-    pub fn word(self) -> &'static str {
-        match self {
-            Stall::Deadlocked => "deadlocked",
-            Stall::Livelocked => "livelocked",
-            Stall::Oscillating => "oscillating",
-        }
-    }
 }

@@ -3,7 +3,7 @@
 //! All three are entries of the world's board. The odometry is written every tick, the lists when they change.
 
 use iceoryx2::prelude::ZeroCopySend;
-use scenarios::{MAX_ROBOTS, MAX_SHAPES};
+use model::{MAX_ROBOTS, MAX_SHAPES};
 
 /// Most pieces that can be in sight: every piece of every obstacle, every robot, and the links of arms, whose second
 /// links count among the shapes.

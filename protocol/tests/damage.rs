@@ -5,17 +5,17 @@
 mod counting;
 
 use counting::peak_of;
+use model::{Event, Outcome, RobotOutcome, Scenario, Seat, Touch};
 use proptest::prelude::*;
-use scenarios::{Overrides, Scenario};
+use scenarios::Overrides;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use shoal_protocol::Seat;
 use shoal_protocol::codec::{EXPANSION_MAX, RESERVE_MAX, decode, encode};
 use shoal_protocol::daemon_to_robot::AgentSpec;
 use shoal_protocol::daemon_to_world::{Absence, Order, Ticket};
 use shoal_protocol::operator_to_daemon::{NewRobot, Reply, Request, RobotStatus, Status};
 use shoal_protocol::record::{Ending, Header};
-use shoal_protocol::world_to_daemon::{Event, Notice, Outcome, RobotOutcome, Touch};
+use shoal_protocol::world_to_daemon::Notice;
 
 /// A type that is decoded from bytes of another process or of a file.
 struct Kind {

@@ -9,8 +9,9 @@
 use crate::environment::{Environment, Expect, environment, environments_of};
 use crate::row::{Form, Item, Paper, Rows, Series};
 use crate::simulate::{Outcome, Run, at_origin, disc_at, tidy};
+use model::{BodyKind, Drive, ParamValue, ParamValues};
 use nalgebra::Vector2;
-use planners::{Drive, Identity, Kind, Neighbor, Obstacle, ParamValue, ParamValues, Plan, PlanInput, find};
+use planners::{Identity, Neighbor, Obstacle, Plan, PlanInput, find};
 use std::ops::ControlFlow;
 
 /// The paper.
@@ -41,9 +42,9 @@ fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
 }
 
 /// A rule set of the environments: a parameter set for a kind of body.
-pub fn run<'a>(environment: &'a Environment, set: &str, kind: Kind) -> Run<'a> {
+pub fn run<'a>(environment: &'a Environment, set: &str, kind: BodyKind) -> Run<'a> {
     let mut table = environment.params(set).clone();
-    if kind == Kind::Unicycle {
+    if kind == BodyKind::Unicycle {
         table.extend(environment.params("differential").clone());
     }
     Run { kind, ..Run::new(environment, "decentralized-apf", table) }
@@ -51,9 +52,9 @@ pub fn run<'a>(environment: &'a Environment, set: &str, kind: Kind) -> Run<'a> {
 
 fn row<'a>(environment: &'a Environment, expect: &Expect) -> Run<'a> {
     let (set, kind) = match expect.method.as_str() {
-        "recommended-point" => ("recommended", Kind::Point),
-        "recommended-differential" => ("recommended", Kind::Unicycle),
-        "literal-point" => ("literal", Kind::Point),
+        "recommended-point" => ("recommended", BodyKind::Point),
+        "recommended-differential" => ("recommended", BodyKind::Unicycle),
+        "literal-point" => ("literal", BodyKind::Point),
         other => panic!("{}: unknown rule set `{other}`", environment.name),
     };
     Run { delay_ticks: expect.neighbour_pose_delay_ticks, ..run(environment, set, kind) }
@@ -200,7 +201,7 @@ fn examples(rows: &mut Rows<'_>) {
 
 /// Section 5 of the specification, 6 to 8.
 fn places_of_rest(rows: &mut Rows<'_>) {
-    let rest = |name: &str| run(environment(name), "recommended", Kind::Point).run();
+    let rest = |name: &str| run(environment(name), "recommended", BodyKind::Point).run();
     let mut place = |what: &str, printed: [f64; 2], outcome: &Outcome, robot: usize| {
         let item = Item::new(format!("{what}, robot {robot}"));
         rows.vector(item, printed, outcome.end(robot).map(tidy).into(), PRINTED, "m");
@@ -217,7 +218,7 @@ fn places_of_rest(rows: &mut Rows<'_>) {
 /// Section 6 of the specification: the optional aid frees both traps.
 fn aid(rows: &mut Rows<'_>) {
     for (name, force, push_s, expected_s) in [("apf_headon", 0.2, 1.0, 9.15), ("apf_two_disc_trap", 0.5, 3.0, 14.4)] {
-        let mut run = run(environment(name), "recommended", Kind::Point);
+        let mut run = run(environment(name), "recommended", BodyKind::Point);
         let aid = [
             ("aid", ParamValue::Bool(true)),
             ("aid_force", ParamValue::Float(force)),
@@ -235,7 +236,7 @@ fn series() -> Vec<Series> {
     let figures = environments.flat_map(|environment| [("recommended", environment), ("literal", environment)]);
     figures
         .map(|(set, environment)| {
-            let outcome = run(environment, set, Kind::Point).run();
+            let outcome = run(environment, set, BodyKind::Point).run();
             let lines = (0..environment.robots.len()).map(|i| (format!("robot {i}"), outcome.line(i)));
             Series {
                 name: format!("decentralized-apf-{}-{set}", environment.name),

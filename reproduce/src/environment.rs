@@ -1,8 +1,8 @@
 //! The papers' environments and what is expected in them: `data/*.toml`, described in `data/README.md`, compiled in. A
 //! key that is not understood is an error, so that no expectation is passed over.
 
+use model::{ParamValue, ParamValues};
 use nalgebra::{Point2, Vector2};
-use planners::{ParamValue, ParamValues};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;

@@ -18,9 +18,10 @@ use crate::environment::{Environment, Expect, environment, environments_of, numb
 use crate::row::{Item, Paper, Rows};
 use crate::simulate::tidy;
 use drive::{Descent, Khatib, Setup};
+use geometry::Capsule;
 use nalgebra::Point2;
+use planners::Obstacle;
 use planners::liquid::{Candidate, Field, Law};
-use planners::{Capsule, Obstacle};
 use std::ops::ControlFlow;
 
 /// The paper.

@@ -21,8 +21,8 @@ use crate::row::{Item, Paper, Rows};
 use crate::simulate::{Run, tidy};
 use effects::{claims, effects};
 use examples::examples;
+use model::ParamValue;
 use nalgebra::Vector2;
-use planners::ParamValue;
 use std::ops::{ControlFlow, RangeInclusive};
 
 /// The paper.

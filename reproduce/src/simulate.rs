@@ -2,8 +2,10 @@
 //! update order is another one have their own loop.
 
 use crate::environment::{Disc, Environment, Robot, take, values};
+use geometry::Capsule;
+use model::{BodyKind, Drive, Limits, ParamValues};
 use nalgebra::{Point2, Vector2};
-use planners::{Capsule, Drive, Identity, Kind, Limits, Neighbor, Obstacle, ParamValues, PlanInput, Planner};
+use planners::{Identity, Neighbor, Obstacle, PlanInput, Planner};
 
 /// What is run in an environment.
 #[derive(Clone, Debug)]
@@ -15,7 +17,7 @@ pub struct Run<'a> {
     /// Its parameters.
     pub params: ParamValues,
     /// How the bodies move.
-    pub kind: Kind,
+    pub kind: BodyKind,
     /// Seed of the run.
     pub seed: u64,
     /// Age of the neighbours' poses, ticks.
@@ -92,7 +94,7 @@ impl<'a> Run<'a> {
             environment,
             method,
             params: values(&set),
-            kind: Kind::Point,
+            kind: BodyKind::Point,
             seed: 1,
             delay_ticks: 0,
             age_known: false,
@@ -256,7 +258,7 @@ pub fn at_origin(goal: Point2<f64>, obstacles: &[Obstacle]) -> PlanInput<'_> {
         yaw_rad: 0.0,
         velocity: Vector2::zeros(),
         radius_m: 0.0,
-        kind: Kind::Point,
+        kind: BodyKind::Point,
         limits: limits(1.0),
         goal,
         goal_tolerance_m: 0.1,

@@ -1,7 +1,7 @@
 //! The decentralised potential field: every row of the paper, and what becomes of its environments in the runtime, where
 //! poses are one tick old.
 
-use planners::{Kind, ParamValues};
+use model::{BodyKind, ParamValues};
 use shoal_reproduce::decentralized_apf::{PAPER, run};
 use shoal_reproduce::environment::environment;
 use shoal_reproduce::{Row, Rows, simulate::Run};
@@ -21,14 +21,14 @@ fn every_row_holds() {
 #[test]
 fn poses_one_tick_old_do_as_well_as_fresh_ones() {
     for (name, kind, robot_clearance, obstacle_clearance) in [
-        ("apf_antipodal8", Kind::Point, 0.33, 0.37),
-        ("apf_antipodal8", Kind::Unicycle, 0.34, 0.37),
-        ("apf_cross4", Kind::Point, 0.38, 0.38),
-        ("apf_cross4", Kind::Unicycle, 0.34, 0.37),
-        ("apf_dynamic", Kind::Point, 0.39, 0.37),
-        ("apf_dynamic", Kind::Unicycle, 0.77, 0.27),
-        ("apf_headon_offset", Kind::Point, 0.38, 0.38),
-        ("apf_headon_offset", Kind::Unicycle, 0.38, 0.38),
+        ("apf_antipodal8", BodyKind::Point, 0.33, 0.37),
+        ("apf_antipodal8", BodyKind::Unicycle, 0.34, 0.37),
+        ("apf_cross4", BodyKind::Point, 0.38, 0.38),
+        ("apf_cross4", BodyKind::Unicycle, 0.34, 0.37),
+        ("apf_dynamic", BodyKind::Point, 0.39, 0.37),
+        ("apf_dynamic", BodyKind::Unicycle, 0.77, 0.27),
+        ("apf_headon_offset", BodyKind::Point, 0.38, 0.38),
+        ("apf_headon_offset", BodyKind::Unicycle, 0.38, 0.38),
     ] {
         let fresh = run(environment(name), "recommended", kind);
         let old = Run { delay_ticks: 1, age_known: true, ..fresh.clone() }.run();
@@ -48,7 +48,7 @@ fn poses_one_tick_old_do_as_well_as_fresh_ones() {
 #[test]
 fn known_age_keeps_robots_clear_of_each_other() {
     for name in ["apf_antipodal8", "apf_cross4", "apf_dynamic", "apf_headon_offset"] {
-        let fresh = run(environment(name), "recommended", Kind::Point);
+        let fresh = run(environment(name), "recommended", BodyKind::Point);
         let outcome = Run { delay_ticks: 10, age_known: true, ..fresh }.run();
         assert!(outcome.robot_clearance > 0.3, "{name}: {:.3}", outcome.robot_clearance);
         assert!(outcome.arrives(), "{name}: {:?}", outcome.arrival_s);
@@ -59,7 +59,7 @@ fn known_age_keeps_robots_clear_of_each_other() {
 #[test]
 fn khatib_arrives_without_contact() {
     for name in ["apf_antipodal8", "apf_cross4", "apf_dynamic", "apf_headon_offset", "apf_close_goals_15"] {
-        for kind in [Kind::Point, Kind::Unicycle] {
+        for kind in [BodyKind::Point, BodyKind::Unicycle] {
             let row = run(environment(name), "recommended", kind);
             let params = ParamValues::new();
             let outcome = Run { method: "apf", params, delay_ticks: 1, age_known: true, ..row }.run();

@@ -1,6 +1,6 @@
 //! The liquid methods: every row of the paper, its claims in words, and what is ours: fleets and other bodies.
 
-use planners::{Kind, ParamValues};
+use model::{BodyKind, ParamValues};
 use shoal_reproduce::environment::environment;
 use shoal_reproduce::liquid::PAPER;
 use shoal_reproduce::simulate::{Outcome, Run};
@@ -41,7 +41,7 @@ fn every_row_holds() {
     assert_eq!(ours("liquid_u_resonance liquid-online: arrives".into()), "false");
 }
 
-fn run(name: &str, method: &'static str, kind: Kind) -> Outcome {
+fn run(name: &str, method: &'static str, kind: BodyKind) -> Outcome {
     let (environment, params) = (environment(name), ParamValues::new());
     let (seed, delay_ticks, age_known, speed_mps_max, dt_s, t_max_s) = (1, 1, true, 1.0, 0.05, 60.0);
     Run { environment, method, params, kind, seed, delay_ticks, age_known, speed_mps_max, dt_s, t_max_s }.run()
@@ -53,7 +53,7 @@ fn fleets_arrive_without_contact() {
     for name in ["apf_antipodal8", "apf_cross4", "apf_dynamic", "apf_headon", "apf_headon_offset", "apf_close_goals_15"]
     {
         for method in ["liquid", "liquid-online"] {
-            for kind in [Kind::Point, Kind::Unicycle] {
+            for kind in [BodyKind::Point, BodyKind::Unicycle] {
                 let outcome = run(name, method, kind);
                 let clearance = outcome.robot_clearance.min(outcome.obstacle_clearance);
                 assert!(outcome.arrives(), "{name} {method} {kind:?}: {:?}", outcome.arrival_s);
@@ -70,7 +70,7 @@ fn single_robots_arrive_without_contact() {
         ["rpoa_static", "rpoa_u_trap", "rpoa_moving6", "rpoa_orbiter", "pso_mass_point_1", "pso_mass_point_2"];
     for name in everywhere {
         for method in ["liquid", "liquid-online"] {
-            for kind in [Kind::Point, Kind::Unicycle] {
+            for kind in [BodyKind::Point, BodyKind::Unicycle] {
                 let outcome = run(name, method, kind);
                 assert!(outcome.arrives(), "{name} {method} {kind:?}");
                 assert!(
@@ -83,7 +83,7 @@ fn single_robots_arrive_without_contact() {
     }
     // The paper's own maps, for a unicycle that thinks first.
     for name in ["two_obstacles", "gap", "near_goal", "corridor", "ring_side", "u_shallow", "u_trap", "u_resonance"] {
-        let outcome = run(&format!("liquid_{name}"), "liquid", Kind::Unicycle);
+        let outcome = run(&format!("liquid_{name}"), "liquid", BodyKind::Unicycle);
         assert!(outcome.arrives() && outcome.obstacle_clearance > 0.0, "{name}: {:.3}", outcome.obstacle_clearance);
     }
 }

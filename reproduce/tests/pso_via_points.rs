@@ -1,9 +1,9 @@
 //! Every row of the paper holds, except those that are listed with their reasons.
 
-use planners::Kind;
-use planners::arm::Elbow;
+use geometry::Elbow;
+use geometry::spline::length;
+use model::BodyKind;
 use planners::pso_via_points::field::Variant;
-use planners::spline::length;
 use shoal_reproduce::environment::environment;
 use shoal_reproduce::pso_via_points::experiment::{Experiment, reduction_percent};
 use shoal_reproduce::pso_via_points::{PAPER, fleet};
@@ -87,7 +87,7 @@ fn fleets_arrive_without_contact() {
         ("apf_antipodal8", 0.15, f64::INFINITY),
         ("apf_two_disc_trap", f64::INFINITY, 0.05),
     ] {
-        for kind in [Kind::Point, Kind::Unicycle] {
+        for kind in [BodyKind::Point, BodyKind::Unicycle] {
             let outcome = fleet::run(environment(name), kind);
             assert!(outcome.arrives(), "{name} {kind:?}: {:?}", outcome.arrival_s);
             assert!(outcome.robot_clearance >= robots_m, "{name} {kind:?}: robots {:.3}", outcome.robot_clearance);
@@ -101,7 +101,7 @@ fn fleets_arrive_without_contact() {
 #[test]
 fn traps_of_the_field_are_left() {
     for name in ["liquid_two_obstacles", "liquid_u_resonance", "rpoa_u_trap"] {
-        for kind in [Kind::Point, Kind::Unicycle] {
+        for kind in [BodyKind::Point, BodyKind::Unicycle] {
             let outcome = fleet::run(environment(name), kind);
             assert!(outcome.arrives() && outcome.obstacle_clearance > 0.0, "{name} {kind:?}: {:?}", outcome.arrival_s);
         }

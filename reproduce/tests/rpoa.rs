@@ -1,7 +1,7 @@
 //! Random particle optimisation: every row of the paper, and what becomes of the method in the runtime: with the guard,
 //! on unicycles, among other robots.
 
-use planners::{Kind, ParamValue, ParamValues};
+use model::{BodyKind, ParamValue, ParamValues};
 use shoal_reproduce::environment::{environment, environments_of};
 use shoal_reproduce::rpoa::{PAPER, Seeds, field, rpoa};
 use shoal_reproduce::simulate::Run;
@@ -78,7 +78,7 @@ fn figures_show_who_takes_part() {
 #[test]
 fn guarded_robots_touch_nothing() {
     for environment in environments_of("rpoa_") {
-        for kind in [Kind::Point, Kind::Unicycle] {
+        for kind in [BodyKind::Point, BodyKind::Unicycle] {
             let mut run = Run { kind, dt_s: 0.05, speed_mps_max: 1.0, ..rpoa(environment, "random", 1) };
             run.params.insert("guard".to_owned(), ParamValue::Bool(true));
             let seeds = Seeds::run(&run, 1..=5);
@@ -95,14 +95,14 @@ fn guarded_robots_touch_nothing() {
 #[test]
 fn teams_arrive() {
     for environment in environments_of("apf_") {
-        for kind in [Kind::Point, Kind::Unicycle] {
+        for kind in [BodyKind::Point, BodyKind::Unicycle] {
             let run = Run {
                 method: "rpoa",
                 params: ParamValues::new(),
                 delay_ticks: 1,
                 age_known: true,
                 kind,
-                ..decentralized_apf::run(environment, "recommended", Kind::Point)
+                ..decentralized_apf::run(environment, "recommended", BodyKind::Point)
             };
             for seed in 1..=3 {
                 let outcome = Run { seed, ..run.clone() }.run();

@@ -1,11 +1,12 @@
 //! The pure core of an agent: what it learned since the last tick goes in, what it says and does comes out.
 
 use crate::radio::Receiver;
+use geometry::ArmState;
+use model::{Drive, PlanState};
 use nalgebra::{Point2, Vector2};
 use planners::registry::Identity;
-use planners::{ArmState, Chassis, Drive, Neighbor, Obstacle, ParamError, PlanInput, PlanState, Planner};
-use protocol::Seat;
-use protocol::daemon_to_robot::AgentSpec;
+use planners::{Chassis, Neighbor, Obstacle, ParamError, PlanInput, Planner};
+use protocol::daemon_to_robot::{AgentSpec, MapPiece};
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -126,7 +127,7 @@ impl Agent {
     /// An agent with this method, whatever its spec names: how a user brings a planner that shoal does not have.
     pub fn with_planner(spec: AgentSpec, planner: Box<dyn Planner>) -> Agent {
         let receiver = Receiver::new(spec.clock.seed, spec.seat, spec.radio.clone());
-        let map = spec.map.iter().map(|piece| Obstacle::from(*piece)).collect();
+        let map = spec.map.iter().map(on_map).collect();
         Agent {
             spec,
             planner,
@@ -187,7 +188,7 @@ impl Agent {
             },
         );
         let drive = match (plan.drive, arm) {
-            (Drive::Joints { rate_radps }, Some(arm)) => arm.within(rate_radps, &robot.limits),
+            (Drive::Joints { rate_radps }, Some(arm)) => Drive::of_arm(&arm, rate_radps, &robot.limits),
             (drive, _) => drive.within(&robot.limits),
         };
 
@@ -253,10 +254,14 @@ pub fn planner_of(spec: &AgentSpec) -> Result<Box<dyn Planner>, AgentError> {
     })
 }
 
+fn on_map(piece: &MapPiece) -> Obstacle {
+    Obstacle { id: piece.id, shape: piece.shape, velocity: Vector2::zeros() }
+}
+
 fn obstacle(piece: &Piece) -> Obstacle {
     Obstacle {
         id: piece.obstacle,
-        shape: planners::Capsule {
+        shape: geometry::Capsule {
             a: Point2::new(piece.ax_m, piece.ay_m),
             b: Point2::new(piece.bx_m, piece.by_m),
             radius: piece.radius_m,

@@ -4,8 +4,8 @@
 //! [`radio`] is what stands between a neighbour's board and the planner: which pose counts, and the faults of a
 //! scenario. [`shell`] connects the core to shared memory and to time, and takes no decision about robots.
 //!
-//! A planner outside shoal needs this crate alone: [`run`] is its `main`, and [`planners`] and [`nalgebra`] are
-//! re-exported. `examples/own-planner` shows it.
+//! A planner outside shoal needs this crate alone: [`run`] is its `main`, and [`planners`], [`model`], [`geometry`] and
+//! [`nalgebra`] are re-exported. `examples/own-planner` shows it.
 
 pub mod agent;
 pub mod executable;
@@ -15,4 +15,4 @@ pub mod shell;
 pub use agent::{Agent, AgentError, AgentInputs, AgentOutputs, Duty, Time, duty, planner_of};
 pub use executable::{run, run_adjusted};
 pub use protocol::daemon_to_robot::AgentSpec;
-pub use {nalgebra, planners};
+pub use {geometry, model, nalgebra, planners};

@@ -7,12 +7,11 @@
 //! Faults act here, on reception: a pose may be lost, may be late, and may be wrong by some noise. A pose once
 //! received stays in use until a newer one is received.
 
+use model::random::Stream;
+use model::{Radio, Seat};
 use planners::Neighbor;
-use planners::random::Stream;
-use protocol::Seat;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::world_to_robot::NeighborRef;
-use scenarios::Radio;
 
 /// How old a pose is, and which pose is the newest: by ticks, or by the stamps of the monotonic clock.
 #[derive(Clone, Copy, Debug, PartialEq)]

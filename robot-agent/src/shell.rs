@@ -9,13 +9,12 @@ use bus::{
     Address, BusError, Counter, Gate, Metric, Node, Poses, RobotReader, RobotWriter, Sizes, StatsWriter, Strips,
     TickWait, WorldReader, clock, gate,
 };
+use model::{Mode, Seat};
 use planners::{Plan, PlanInput, Planner};
-use protocol::Seat;
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::PosePair;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
-use scenarios::Mode;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};

@@ -1,13 +1,14 @@
 //! What an agent tells others and asks of its body: flags, poses, and the joints of arms.
 
+use geometry::ArmState;
+use model::{Drive, Scenario, Seat};
 use nalgebra::{Point2, Vector2};
-use planners::{ArmState, Drive, Neighbor, Plan, PlanInput, Planner};
-use protocol::Seat;
+use planners::{Neighbor, Plan, PlanInput, Planner};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
-use scenarios::{Overrides, Scenario};
+use scenarios::Overrides;
 use shoal_robot_agent::{Agent, AgentInputs, AgentOutputs, Time};
 use std::sync::{Arc, Mutex};
 
@@ -139,7 +140,7 @@ fn flags_and_the_way_left_travel_with_the_pose_and_with_nothing_else() {
         listener.step(
             &odometry(tick + 1, 0),
             &[(who, speaker.board)],
-            Plan::only(Drive::stop(planners::Kind::Unicycle)),
+            Plan::only(Drive::stop(model::BodyKind::Unicycle)),
         );
         let [heard] = listener.last().neighbors[..] else { panic!("one neighbour is heard") };
         assert_eq!(

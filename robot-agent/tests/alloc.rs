@@ -5,10 +5,11 @@
 mod counting;
 
 use bus::{Address, Gate, Lease, Node, Poses, RobotWriter, Services, Sizes, WorldWriter, clean, clock};
+use model::Seat;
+use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
-use protocol::{Seat, codec};
 use scenarios::Overrides;
 use shoal_robot_agent::agent::planner_of;
 use shoal_robot_agent::shell::{self, Args};

@@ -2,11 +2,10 @@
 
 use crate::check::{Ground, Source, Surfaces};
 use crate::keys::LARGE;
-use crate::model::{MAX_GOALS, Robot, Scenario};
 use crate::problems::{Origin, Problems, Report};
 use crate::{arm, methods, robots, walk};
+use model::{BodyKind, MAX_GOALS, ParamValues, Robot, Scenario};
 use nalgebra::Point2;
-use planners::{Kind, ParamValues};
 
 /// What `shoal add` says about the robot; the rest comes from the scenario's defaults.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +13,7 @@ pub struct NewRobot {
     /// Its name; `None` takes the first free one of r00, r01, ...
     pub id: Option<String>,
     /// How it moves.
-    pub kind: Option<Kind>,
+    pub kind: Option<BodyKind>,
     /// Body radius, m.
     pub radius_m: Option<f64>,
     /// Where it starts, m.
@@ -70,7 +69,7 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
     let mut params = if planner == template.planner { template.params.clone() } else { ParamValues::new() };
     params.extend(request.params.clone());
     if let Some(method) = methods::find(planner, "planner", here, &mut report) {
-        if kind != Kind::TwoLinkArm && template.agent.is_none() {
+        if kind != BodyKind::TwoLinkArm && template.agent.is_none() {
             robots::check_kind(&[], kind, planner, ("planner", here), &mut report);
         }
         for problem in method.check(&params) {

@@ -1,26 +1,25 @@
 //! Arms: their keys, how they stand at the start, and which places their tips can be at.
 
 use crate::check::{Ground, Surfaces};
-use crate::model::{ArmSetup, Robot};
 use crate::node::{Node, Value};
 use crate::obstacles::{contains, show};
 use crate::problems::{Origin, Report};
 use crate::robots::Body;
 use crate::table::{ARM, KINDS_ARM, MOBILE, PLACED_ARM};
+use geometry::{ArmGeometry, Capsule, Elbow, wrap};
+use model::{ArmSetup, BodyKind, Robot};
 use nalgebra::Point2;
-use planners::drive::wrap;
-use planners::{ArmGeometry, Capsule, Elbow, Kind};
 use std::f64::consts::PI;
 
 /// What is said where an arm cannot be.
 const ONE_BY_ONE: &str = "arms stand one by one, as [[robot]] with base_m and links_m";
 
 /// Reports keys of a robot that do not go with its kind.
-pub(crate) fn check_keys(node: &Node, kind: Kind, report: &mut Report) {
-    let arm = kind == Kind::TwoLinkArm;
+pub(crate) fn check_keys(node: &Node, kind: BodyKind, report: &mut Report) {
+    let arm = kind == BodyKind::TwoLinkArm;
     let strangers = if arm { [MOBILE, &[]] } else { [PLACED_ARM, ARM] };
     for key in strangers.into_iter().flatten().filter(|key| node.has(key.name)) {
-        let owner = if arm { Kind::MOBILE } else { &[Kind::TwoLinkArm] };
+        let owner = if arm { BodyKind::MOBILE } else { &[BodyKind::TwoLinkArm] };
         let owner: Vec<&str> = owner.iter().map(|kind| kind.word()).collect();
         let message = format!("does not go with kind = \"{}\"", kind.word());
         report.add_hint(node.at(key.name), &node.key(key.name), message, format!("it belongs to {}", owner.join(", ")));
@@ -28,16 +27,16 @@ pub(crate) fn check_keys(node: &Node, kind: Kind, report: &mut Report) {
 }
 
 /// Reports a layout of arms: whether it is none.
-pub(crate) fn check_layout(node: &Node, kind: Kind, report: &mut Report) -> bool {
-    if kind == Kind::TwoLinkArm {
+pub(crate) fn check_layout(node: &Node, kind: BodyKind, report: &mut Report) -> bool {
+    if kind == BodyKind::TwoLinkArm {
         report.add_hint(node.origin, &node.path, "a layout cannot place arms, and [defaults] makes arms", ONE_BY_ONE);
     }
-    kind != Kind::TwoLinkArm
+    kind != BodyKind::TwoLinkArm
 }
 
 /// Reports the wish to add an arm to a running fleet.
-pub(crate) fn check_added(kind: Kind, report: &mut Report) {
-    if kind == Kind::TwoLinkArm {
+pub(crate) fn check_added(kind: BodyKind, report: &mut Report) {
+    if kind == BodyKind::TwoLinkArm {
         let message = "an arm cannot be added to a running fleet";
         report.add_hint(Origin::Whole, "kind", message, "arms are built in with the scenario; others can be added");
     }
@@ -237,7 +236,7 @@ pub(crate) fn body_at_start(robot: &Robot) -> Vec<Capsule> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planners::ArmState;
+    use geometry::ArmState;
 
     #[test]
     fn poses_at_the_edge_of_the_reach_hold_their_tips() {

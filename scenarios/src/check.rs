@@ -1,12 +1,11 @@
 //! Checks of places: free of obstacles, inside the world, apart from each other.
 
 use crate::arm;
-use crate::model::{Bounds, Obstacle, Robot, Shape};
 use crate::obstacles::{contains, show};
 use crate::problems::{Origin, Report};
+use geometry::{Capsule, Polygon, segment_distance};
+use model::{BodyKind, Bounds, Obstacle, Robot, Shape};
 use nalgebra::Point2;
-use planners::geometry::{Polygon, segment_distance};
-use planners::{Capsule, Kind};
 
 /// Bodies that overlap by less than this touch, m.
 const TOUCH_M: f64 = 1e-9;
@@ -151,7 +150,7 @@ impl Ground<'_> {
     ) {
         match &robot.arm {
             Some(setup) => arm::check_goal(self, setup, p, what, (key, origin), report),
-            None if robot.kind == Kind::TwoLinkArm => {} // it is wrong, and reported
+            None if robot.kind == BodyKind::TwoLinkArm => {} // it is wrong, and reported
             None => self.place(p, robot.radius_m, false, what, key, origin, report),
         }
     }

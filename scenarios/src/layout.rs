@@ -2,12 +2,12 @@
 //! and the number of the robot, so adding robots moves no other, except where they have to make way (`random`).
 
 use crate::check::Surfaces;
-use crate::model::Bounds;
 use crate::node::{Node, Value};
 use crate::problems::Report;
+use geometry::Capsule;
+use model::Bounds;
+use model::random::Stream;
 use nalgebra::{Point2, Vector2};
-use planners::Capsule;
-use planners::random::Stream;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 

@@ -14,7 +14,6 @@ mod document;
 mod keys;
 mod layout;
 mod methods;
-pub mod model;
 mod node;
 mod obstacles;
 mod problems;
@@ -29,11 +28,11 @@ mod warnings;
 
 pub use add::{NewRobot, add_robot, goal_problem};
 pub use catalog::{CatalogEntry, UnknownScenario, catalog, find_catalog};
-pub use model::*;
-pub use problems::{Problem, Problems};
+pub use problems::Problems;
 pub use schema::{help, schema};
 
 use document::{Raw, RawTable, RawValue};
+use model::{Mode, Scenario};
 use problems::{Origin, Report};
 
 /// What the command line changes in a scenario.
@@ -86,7 +85,7 @@ fn check_planner(method: &planners::Method, scenario: &Scenario, origin: Origin,
 fn options(overrides: &Overrides) -> Vec<String> {
     let Overrides { mode, planner, robots, seed, duration_s, set } = overrides;
     let mut options: Vec<String> = set.iter().map(|assignment| format!("--set {assignment}")).collect();
-    options.push(mode.map(|mode| format!("--mode {}", word(mode))).unwrap_or_default());
+    options.push(mode.map(|mode| format!("--mode {}", mode.word())).unwrap_or_default());
     options.push(planner.as_ref().map(|name| format!("--planner {name}")).unwrap_or_default());
     options.push(robots.map(|count| format!("--robots {count}")).unwrap_or_default());
     options.push(seed.map(|seed| format!("--seed {seed}")).unwrap_or_default());
@@ -107,7 +106,7 @@ fn apply<'a>(document: &mut RawTable, overrides: &'a Overrides, report: &mut Rep
             document.put(path, Raw { origin: option(index), value });
         }
     };
-    put(0, &["clock", "mode"], mode.map(|mode| RawValue::Text(word(mode).to_string())));
+    put(0, &["clock", "mode"], mode.map(|mode| RawValue::Text(mode.word().to_string())));
     put(3, &["clock", "seed"], seed.map(|seed| RawValue::Int(seed.into())));
     put(4, &["clock", "duration_s"], duration_s.map(RawValue::Float));
     if let Some(count) = robots {
@@ -124,14 +123,6 @@ fn apply<'a>(document: &mut RawTable, overrides: &'a Overrides, report: &mut Rep
     }
     let name = planner.as_deref()?;
     methods::find(name, "", option(1), report).map(|method| method.name)
-}
-
-fn word(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Single => "single",
-        Mode::Lockstep => "lockstep",
-        Mode::Realtime => "realtime",
-    }
 }
 
 /// The name of a file without folders and ending.

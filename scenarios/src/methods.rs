@@ -3,7 +3,8 @@
 use crate::document::{Field, RawValue};
 use crate::node::{Block, Node, Value};
 use crate::problems::{Origin, Report, known, nearest};
-use planners::{Kind, METHODS, Method, ParamError, ParamValue, ParamValues};
+use model::{BodyKind, ParamValue, ParamValues};
+use planners::{METHODS, Method, ParamError};
 
 /// Says so if there is no method of that name.
 pub(crate) fn find(name: &str, key: &str, origin: Origin, report: &mut Report) -> Option<&'static Method> {
@@ -17,7 +18,7 @@ pub(crate) fn find(name: &str, key: &str, origin: Origin, report: &mut Report) -
 }
 
 /// The methods that can drive a body of this kind, as a hint.
-pub(crate) fn for_kind(kind: Kind) -> String {
+pub(crate) fn for_kind(kind: BodyKind) -> String {
     let fitting = METHODS.iter().filter(|method| method.kinds.contains(&kind));
     format!("planners that can: {}", fitting.map(|method| method.name).collect::<Vec<_>>().join(", "))
 }

@@ -1,11 +1,10 @@
 //! Obstacles and motions.
 
-use crate::model::{AtEnd, Bounds, MAX_SHAPES, Motion, Obstacle, Shape};
 use crate::node::{Node, Value};
 use crate::problems::Report;
+use geometry::{Capsule, segment_distance, segments_cross};
+use model::{AtEnd, Bounds, MAX_SHAPES, Motion, Obstacle, Shape};
 use nalgebra::{Point2, Vector2};
-use planners::Capsule;
-use planners::geometry::{segment_distance, segments_cross};
 
 /// Two points nearer than this are the same.
 const SAME_M: f64 = 1e-9;

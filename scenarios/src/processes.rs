@@ -1,8 +1,8 @@
 //! How the processes of a fleet are scheduled. Whether a machine allows it is for the daemon to find out.
 
-use crate::model::{Class, Processes, Scheduling};
 use crate::node::{Node, Value};
 use crate::problems::Report;
+use model::{Class, Processes, Scheduling};
 
 /// Reads `[processes]`.
 pub(crate) fn read(root: &Node, report: &mut Report) -> Processes {

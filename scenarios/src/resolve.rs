@@ -4,7 +4,6 @@ use crate::arm;
 use crate::check::{self, Ground, Source, Surfaces};
 use crate::keys::{FAR_M, Type};
 use crate::layout::{self, Surroundings};
-use crate::model::*;
 use crate::node::{Node, Value};
 use crate::obstacles;
 use crate::problems::{Origin, Report};
@@ -13,8 +12,10 @@ use crate::robots::{self, Layers, Place};
 use crate::table::ROOT;
 use crate::timeline::{self, Stage};
 use crate::{walk, warnings};
+use geometry::Capsule;
+use model::BodyKind;
+use model::*;
 use nalgebra::Point2;
-use planners::{Capsule, Kind};
 use std::collections::{HashMap, HashSet};
 
 /// A fleet without `max_robots` has room for this many robots more than the file has.
@@ -205,11 +206,11 @@ impl Crew {
                 obstacles: ground.surfaces,
                 starts: &alone.iter().flat_map(|(robot, _)| arm::body_at_start(robot)).collect::<Vec<_>>(),
                 goals: &(alone.iter())
-                    .filter(|(robot, _)| robot.kind != Kind::TwoLinkArm)
+                    .filter(|(robot, _)| robot.kind != BodyKind::TwoLinkArm)
                     .filter_map(|(robot, _)| Some(Capsule::disc(*robot.goals.last()?, robot.radius_m)))
                     .collect::<Vec<_>>(),
             };
-            match layout::places(node, &around, report).filter(|_| template.kind != Kind::TwoLinkArm) {
+            match layout::places(node, &around, report).filter(|_| template.kind != BodyKind::TwoLinkArm) {
                 Some(places) => {
                     let at = |(index, place): (usize, [Point2<f64>; 2])| {
                         let id = pattern.as_ref().map(|pattern| pattern.id(index)).unwrap_or_default();
@@ -320,10 +321,10 @@ fn single(
     let mut robot = layers.robot(Some(node), place, report);
     robots::check_goal_yaw(&robot, goal_yaw_rad, &node.key("goal_m"), node.at("goal_m"), report);
     robots::check_rounds(&robot, node, report);
-    if robot.kind == Kind::TwoLinkArm && layout.is_some() {
+    if robot.kind == BodyKind::TwoLinkArm && layout.is_some() {
         let message = "a robot of the layout cannot be an arm";
         report.add_hint(node.at("kind"), &node.key("kind"), message, "give the arm an id of its own, and base_m");
-    } else if robot.kind == Kind::TwoLinkArm {
+    } else if robot.kind == BodyKind::TwoLinkArm {
         arm::stand(&mut robot, node, layers.arm, ground.surfaces, report);
     }
     (robot, source)

@@ -2,12 +2,11 @@
 
 use crate::arm;
 use crate::methods::{self, FleetParams};
-use crate::model::{Motion, Restart, Robot};
 use crate::node::{Node, Value};
 use crate::problems::{Origin, Report};
 use crate::table::DEFAULTS;
+use model::{BodyKind, Limits, Motion, ParamValues, Restart, Robot};
 use nalgebra::{Point2, Vector2};
-use planners::{Kind, Limits, ParamValues};
 
 /// What all robots of a file share.
 pub(crate) struct Layers<'a> {
@@ -62,14 +61,14 @@ impl<'a> Layers<'a> {
     pub(crate) fn robot(&self, node: Option<&Node>, place: Place, report: &mut Report) -> Robot {
         let mut above = [node, self.defaults].into_iter().flatten();
         let kind = match above.find(|layer| layer.has("kind")).and_then(|layer| layer.text("kind")) {
-            Some("unicycle") => Kind::Unicycle,
-            Some("two-link-arm") => Kind::TwoLinkArm,
-            _ => Kind::Point,
+            Some("unicycle") => BodyKind::Unicycle,
+            Some("two-link-arm") => BodyKind::TwoLinkArm,
+            _ => BodyKind::Point,
         };
         let of_kind = match kind {
-            Kind::Point => self.point,
-            Kind::Unicycle => self.unicycle,
-            Kind::TwoLinkArm => self.arm,
+            BodyKind::Point => self.point,
+            BodyKind::Unicycle => self.unicycle,
+            BodyKind::TwoLinkArm => self.arm,
         };
         let layers = [node, of_kind, self.defaults];
         let (planner, params) = self.method(&layers, kind);
@@ -122,7 +121,7 @@ impl<'a> Layers<'a> {
 
     /// Reports a method that cannot drive the robots of a layout.
     pub(crate) fn check_layout(&self, template: &Robot, node: &Node, report: &mut Report) {
-        let of_kind = if template.kind == Kind::Unicycle { self.unicycle } else { self.point };
+        let of_kind = if template.kind == BodyKind::Unicycle { self.unicycle } else { self.point };
         let place = (node.path.as_str(), node.origin);
         check_kind(&[of_kind, self.defaults], template.kind, &template.planner, place, report);
     }
@@ -130,7 +129,7 @@ impl<'a> Layers<'a> {
     /// The method of a robot with these layers, strongest first, and its parameters. Parameters belong to the method
     /// that is in force in the layer where they stand; those of other methods do not count. A method that replaces all
     /// others replaces those of the kinds that it can drive.
-    fn method(&self, layers: &[Option<&Node>], kind: Kind) -> (String, ParamValues) {
+    fn method(&self, layers: &[Option<&Node>], kind: BodyKind) -> (String, ParamValues) {
         let in_force = in_force(layers);
         let replaces =
             self.planner.filter(|name| planners::find(name).is_none_or(|method| method.kinds.contains(&kind)));
@@ -165,7 +164,7 @@ impl<'a> Layers<'a> {
 /// brings its own method.
 pub(crate) fn check_kind(
     layers: &[Option<&Node>],
-    kind: Kind,
+    kind: BodyKind,
     planner: &str,
     place: (&str, Origin),
     report: &mut Report,
@@ -207,7 +206,7 @@ fn rounds(node: &Node) -> Option<u32> {
 
 /// Reports a heading that a body cannot turn to.
 pub(crate) fn check_goal_yaw(robot: &Robot, yaw_rad: Option<f64>, key: &str, origin: Origin, report: &mut Report) {
-    if yaw_rad.is_some() && robot.kind != Kind::Unicycle {
+    if yaw_rad.is_some() && robot.kind != BodyKind::Unicycle {
         let message = format!("a {} does not turn: it has no heading at its goal", robot.kind.word());
         report.add_hint(origin, key, message, "leave the third number out, or make it a unicycle");
     }

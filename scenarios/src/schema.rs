@@ -4,7 +4,8 @@ use crate::keys::{COORDINATE, Key, Preset, Range, Section, Type, all_sections};
 use crate::node::join;
 use crate::table::ROOT;
 use crate::walk::{describe_range, describe_type};
-use planners::{METHODS, Method, ParamKind, ParamValue};
+use model::ParamValue;
+use planners::{METHODS, Method, ParamKind};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 

@@ -5,7 +5,7 @@
 
 use crate::keys::Type::*;
 use crate::keys::{ANY, Key, LARGE, Preset, Range, Section, Type};
-use crate::model::{CPU_MAX, MAX_GOALS, MAX_ROBOTS, MAX_SHAPES, Radio};
+use model::{CPU_MAX, MAX_GOALS, MAX_ROBOTS, MAX_SHAPES, Radio};
 
 /// Most entries of the timeline.
 const MAX_EVENTS: usize = 10_000;

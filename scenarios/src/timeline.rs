@@ -1,10 +1,10 @@
 //! The timeline: events of a file, in order, and whether they make sense for the robots they name.
 
 use crate::check::Ground;
-use crate::model::{Clock, Event, Radio, Robot, What};
 use crate::node::Node;
 use crate::problems::{Report, known};
 use crate::robots;
+use model::{Clock, Radio, Robot, TimelineAction, TimelineEvent};
 use std::collections::{HashMap, HashSet};
 
 /// Ids of robots that enter later.
@@ -13,7 +13,7 @@ pub(crate) fn late(root: &Node) -> HashSet<&str> {
     joins.filter_map(|node| node.text("robot")).collect()
 }
 
-/// What events are checked against.
+/// TimelineAction events are checked against.
 pub(crate) struct Stage<'a> {
     pub(crate) robots: &'a [Robot],
     /// No robot is missing from them because of another problem.
@@ -28,18 +28,18 @@ pub(crate) struct Stage<'a> {
 
 impl Stage<'_> {
     /// All events, sorted by tick; equal ticks keep the order of the file.
-    pub(crate) fn events(&self, root: &Node, report: &mut Report) -> Vec<Event> {
+    pub(crate) fn events(&self, root: &Node, report: &mut Report) -> Vec<TimelineEvent> {
         let slots: HashMap<&str, usize> =
             self.robots.iter().enumerate().rev().map(|(slot, robot)| (robot.id.as_str(), slot)).collect();
         let nodes = root.nodes("event");
-        let mut events: Vec<(&Node, Event)> =
+        let mut events: Vec<(&Node, TimelineEvent)> =
             nodes.iter().filter_map(|node| Some((node, self.event(node, &slots, report)?))).collect();
         events.sort_by_key(|(_, event)| event.tick);
         self.check_lives(&events, report);
         events.into_iter().map(|(_, event)| event).collect()
     }
 
-    fn event(&self, node: &Node, slots: &HashMap<&str, usize>, report: &mut Report) -> Option<Event> {
+    fn event(&self, node: &Node, slots: &HashMap<&str, usize>, report: &mut Report) -> Option<TimelineEvent> {
         let at_s = node.float("at_s");
         if let Some(at_s) = at_s
             && self.tick(at_s) >= self.clock.ticks_max
@@ -75,15 +75,15 @@ impl Stage<'_> {
             robots::check_goal_yaw(robot, node.yaw("goal_m"), &node.key("goal_m"), node.at("goal_m"), report);
         }
         let what = match node.tag? {
-            "join" => What::Join { robot: robot? },
-            "leave" => What::Leave { robot: robot? },
-            "task" => What::Task {
+            "join" => TimelineAction::Join { robot: robot? },
+            "leave" => TimelineAction::Leave { robot: robot? },
+            "task" => TimelineAction::Task {
                 robot: robot?,
                 goal: node.point("goal_m")?,
                 yaw_rad: node.yaw("goal_m"),
                 now: node.bool("now")?,
             },
-            "kill" => What::Kill { robot: robot? },
+            "kill" => TimelineAction::Kill { robot: robot? },
             "pause" => {
                 let ticks = self.tick(node.float("for_s")?);
                 if ticks == 0 {
@@ -91,11 +91,11 @@ impl Stage<'_> {
                     let hint = format!("a tick lasts {} s", self.clock.dt_s());
                     report.add_hint(node.at("for_s"), &node.key("for_s"), message, hint);
                 }
-                What::Pause { robot: robot?, ticks }
+                TimelineAction::Pause { robot: robot?, ticks }
             }
-            _ => What::Radio { robot, radio: radio(node, self.radio) },
+            _ => TimelineAction::Radio { robot, radio: radio(node, self.radio) },
         };
-        Some(Event { tick: self.tick(at_s?), what })
+        Some(TimelineEvent { tick: self.tick(at_s?), what })
     }
 
     fn tick(&self, time_s: f64) -> u64 {
@@ -117,7 +117,7 @@ impl Stage<'_> {
     }
 
     /// Follows every robot through its events: it has to be there for what happens to it.
-    fn check_lives(&self, events: &[(&Node, Event)], report: &mut Report) {
+    fn check_lives(&self, events: &[(&Node, TimelineEvent)], report: &mut Report) {
         #[derive(Clone, Copy)]
         enum Life {
             Absent,
@@ -127,18 +127,18 @@ impl Stage<'_> {
         }
         let mut lives = vec![Life::Present; self.robots.len()];
         for (_, event) in events {
-            if let What::Join { robot } = event.what {
+            if let TimelineAction::Join { robot } = event.what {
                 lives[robot] = Life::Absent;
             }
         }
         let mut joined = vec![false; self.robots.len()];
         for (node, event) in events {
             let (robot, joins) = match event.what {
-                What::Join { robot } => (robot, true),
-                What::Leave { robot } | What::Kill { robot } => (robot, false),
-                What::Task { robot, .. } | What::Pause { robot, .. } => (robot, false),
-                What::Radio { robot: Some(robot), .. } => (robot, false),
-                What::Radio { robot: None, .. } => continue,
+                TimelineAction::Join { robot } => (robot, true),
+                TimelineAction::Leave { robot } | TimelineAction::Kill { robot } => (robot, false),
+                TimelineAction::Task { robot, .. } | TimelineAction::Pause { robot, .. } => (robot, false),
+                TimelineAction::Radio { robot: Some(robot), .. } => (robot, false),
+                TimelineAction::Radio { robot: None, .. } => continue,
             };
             let id = &self.robots[robot].id;
             let problem = match lives[robot] {
@@ -154,9 +154,9 @@ impl Stage<'_> {
                 continue;
             }
             match event.what {
-                What::Join { .. } => (lives[robot], joined[robot]) = (Life::Present, true),
-                What::Leave { .. } => lives[robot] = Life::Left,
-                What::Kill { .. } if self.robots[robot].restart.limit == 0 => lives[robot] = Life::Dead,
+                TimelineAction::Join { .. } => (lives[robot], joined[robot]) = (Life::Present, true),
+                TimelineAction::Leave { .. } => lives[robot] = Life::Left,
+                TimelineAction::Kill { .. } if self.robots[robot].restart.limit == 0 => lives[robot] = Life::Dead,
                 _ => {}
             }
         }

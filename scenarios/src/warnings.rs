@@ -1,16 +1,15 @@
-//! What can be run as it stands and yet is hardly meant: told before the run and in its report.
+//! TimelineAction can be run as it stands and yet is hardly meant: told before the run and in its report.
 
 use crate::check::Source;
-use crate::model::{Clock, Event, Robot, What};
 use crate::problems::{Origin, Report};
-use planners::Kind;
+use model::{BodyKind, Clock, Robot, TimelineAction, TimelineEvent};
 use std::collections::HashSet;
 
 /// A robot that drives farther than this many goal tolerances in a tick jumps over its goals.
 const TOLERANCES_PER_TICK_MAX: f64 = 2.0;
 
 /// Checks a scenario whose values are right one by one.
-pub(crate) fn check(robots: &[Robot], sources: &[Source], events: &[Event], clock: Clock, report: &mut Report) {
+pub(crate) fn check(robots: &[Robot], sources: &[Source], events: &[TimelineEvent], clock: Clock, report: &mut Report) {
     goals_apart(robots, sources, events, report);
     let slow = |robot: &Robot| slow_method(robot, clock);
     of_robots(
@@ -28,17 +27,17 @@ pub(crate) fn check(robots: &[Robot], sources: &[Source], events: &[Event], cloc
 }
 
 /// Robots whose bodies do not fit beside each other on their last goals. A sweep along x, as for their starts.
-fn goals_apart(robots: &[Robot], sources: &[Source], events: &[Event], report: &mut Report) {
+fn goals_apart(robots: &[Robot], sources: &[Source], events: &[TimelineEvent], report: &mut Report) {
     // Where a robot ends up that leaves, or is sent somewhere else, is no matter of its goal.
     let elsewhere: HashSet<usize> = (events.iter())
         .filter_map(|event| match event.what {
-            What::Leave { robot } | What::Task { robot, .. } => Some(robot),
+            TimelineAction::Leave { robot } | TimelineAction::Task { robot, .. } => Some(robot),
             _ => None,
         })
         .collect();
     let stays = |slot: &usize| {
         let robot = &robots[*slot];
-        robot.kind != Kind::TwoLinkArm && robot.goal_motion.is_none() && !elsewhere.contains(slot)
+        robot.kind != BodyKind::TwoLinkArm && robot.goal_motion.is_none() && !elsewhere.contains(slot)
     };
     let mut places: Vec<(usize, nalgebra::Point2<f64>, f64)> = (0..robots.len())
         .filter(stays)
@@ -92,7 +91,7 @@ fn of_robots(
 
 fn coarse_ticks(robot: &Robot, clock: Clock) -> Option<String> {
     let (per_tick_m, tolerance_m) = (robot.limits.speed_mps_max * clock.dt_s(), robot.goal_tolerance_m);
-    (robot.kind != Kind::TwoLinkArm && per_tick_m > TOLERANCES_PER_TICK_MAX * tolerance_m).then(|| {
+    (robot.kind != BodyKind::TwoLinkArm && per_tick_m > TOLERANCES_PER_TICK_MAX * tolerance_m).then(|| {
         let times = per_tick_m / tolerance_m;
         format!("drives up to {per_tick_m:.3} m in a tick, {times:.1} times its goal tolerance of {tolerance_m} m")
     })

@@ -1,8 +1,11 @@
 //! Two-link arms in scenarios: what they may say, how they stand, and what is told of those that cannot be.
 
+use geometry::Elbow;
 use insta::assert_snapshot;
+use model::BodyKind;
+use model::*;
 use nalgebra::Point2;
-use planners::{Elbow, Kind, METHODS};
+use planners::METHODS;
 use shoal_scenarios::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
@@ -55,7 +58,7 @@ fn arm(scenario: &Scenario) -> ArmSetup {
 fn an_arm_stands_where_its_tip_is() {
     let scenario = good("", "");
     let (robot, setup) = (&scenario.robots[0], arm(&scenario));
-    assert_eq!((robot.kind, robot.radius_m, robot.limits.turn_radps_max), (Kind::TwoLinkArm, 0.1, 0.8));
+    assert_eq!((robot.kind, robot.radius_m, robot.limits.turn_radps_max), (BodyKind::TwoLinkArm, 0.1, 0.8));
     assert_eq!((setup.geometry.joint_min_rad, setup.geometry.joint_max_rad), ([0.0, -FRAC_PI_2], [TAU, FRAC_PI_2]));
     assert!((robot.start - Point2::new(6.0, 0.5)).norm() < 1e-12);
     assert_eq!(robot.start, setup.start().tip(), "to the last bit");
@@ -142,7 +145,7 @@ fn arms_are_not_added_to_a_running_fleet() {
     let scenario = good("", "");
     let request = NewRobot {
         id: None,
-        kind: Some(Kind::TwoLinkArm),
+        kind: Some(BodyKind::TwoLinkArm),
         radius_m: None,
         start: Point2::new(-6.0, -6.0),
         start_yaw_rad: None,
@@ -160,7 +163,7 @@ fn arms_are_not_added_to_a_running_fleet() {
 fn without_lists(mut text: String) -> String {
     let names = |methods: Vec<&str>| methods.join(", ");
     text = text.replace(&names(METHODS.iter().map(|method| method.name).collect()), "(all)");
-    for kind in Kind::ALL {
+    for kind in BodyKind::ALL {
         let fitting = METHODS.iter().filter(|method| method.kinds.contains(kind)).map(|method| method.name).collect();
         text =
             text.replace(&format!("that can: {}", names(fitting)), &format!("that can: (those for {})", kind.word()));

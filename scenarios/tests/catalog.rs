@@ -1,6 +1,7 @@
 //! What holds for every scenario that ships with shoal.
 
-use shoal_scenarios::{CatalogEntry, Overrides, Scenario, catalog, find_catalog, parse};
+use model::Scenario;
+use shoal_scenarios::{CatalogEntry, Overrides, catalog, find_catalog, parse};
 
 fn resolved(entry: &CatalogEntry) -> Scenario {
     parse(&format!("{}.toml", entry.name), entry.text, &Overrides::default())

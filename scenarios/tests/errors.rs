@@ -1,8 +1,9 @@
 //! What users read when a scenario is wrong, as snapshots. Every row is one mistake in an otherwise valid file.
 
 use insta::assert_snapshot;
+use model::Mode;
 use planners::METHODS;
-use shoal_scenarios::{Mode, Overrides, parse};
+use shoal_scenarios::{Overrides, parse};
 use std::fmt::Write;
 
 /// A valid file for mistakes to be made in.

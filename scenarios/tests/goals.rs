@@ -1,6 +1,7 @@
 //! Goals with a heading, rounds, and what is different about one robot of a layout.
 
-use shoal_scenarios::{Overrides, Scenario, What, parse, schema};
+use model::{Scenario, TimelineAction};
+use shoal_scenarios::{Overrides, parse, schema};
 
 fn scenario(text: &str) -> Scenario {
     parse("test.toml", text, &Overrides::default()).unwrap_or_else(|problems| panic!("{problems}"))
@@ -22,7 +23,7 @@ fn a_goal_may_have_a_heading() {
     assert_eq!(scenario(&robot("goal_m = [2, -4]")).robots[0].goal_yaw_rad, None);
     let task = "[[event]]\nkind = \"task\"\nat_s = 1\nrobot = \"a\"\ngoal_m = [1, 1, -3]\n";
     let tasked = scenario(&(robot("goal_m = [2, -4]") + task));
-    assert!(matches!(tasked.events[0].what, What::Task { yaw_rad: Some(yaw_rad), .. } if yaw_rad == -3.0));
+    assert!(matches!(tasked.events[0].what, TimelineAction::Task { yaw_rad: Some(yaw_rad), .. } if yaw_rad == -3.0));
 
     let point = "kind = \"point\"\ngoal_m = [2, 0, 1]".to_string();
     let point = robot(&point).replace("kind = \"unicycle\"\n", "");

@@ -1,8 +1,9 @@
 //! Layouts place every robot free of all others and of obstacles, inside the world, the same for the same seed.
 
+use model::Scenario;
 use nalgebra::distance;
 use proptest::prelude::*;
-use shoal_scenarios::{Overrides, Scenario, parse};
+use shoal_scenarios::{Overrides, parse};
 
 fn layout(lines: &str, seed: u64) -> Scenario {
     let text = format!("[world]\nx_m = [-60, 60]\ny_m = [-60, 60]\n[layout]\n{lines}\n");

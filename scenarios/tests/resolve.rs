@@ -1,7 +1,8 @@
-//! What a scenario means: layers, presets, overrides, times, motions, and robots added later.
+//! TimelineAction a scenario means: layers, presets, overrides, times, motions, and robots added later.
 
+use model::*;
+use model::{BodyKind, ParamValue, ParamValues};
 use nalgebra::Point2;
-use planners::{Kind, ParamValue, ParamValues};
 use shoal_scenarios::*;
 
 fn scenario(text: &str) -> Scenario {
@@ -76,7 +77,7 @@ goal_m = [5, 2]
     let (u, p) = (robot(&scenario, "u"), robot(&scenario, "p"));
     assert_eq!((u.radius_m, u.limits.speed_mps_max, u.sensor_range_m), (0.5, 1.3, 1.2));
     assert_eq!((p.radius_m, p.limits.speed_mps_max, p.sensor_range_m), (0.4, 1.1, 1.2));
-    assert_eq!((u.kind, p.kind), (Kind::Unicycle, Kind::Point));
+    assert_eq!((u.kind, p.kind), (BodyKind::Unicycle, BodyKind::Point));
     assert_eq!(scenario.template.radius_m, 0.4, "what is added later is a point robot by default");
 }
 
@@ -211,10 +212,10 @@ robot = "a"
     ));
     let radio = |delay_ticks, drop| Radio { delay_ticks, drop, noise_m: 0.02 };
     let expected = [
-        Event { tick: 50, what: What::Pause { robot: 0, ticks: 5 } },
-        Event { tick: 100, what: What::Kill { robot: 0 } },
-        Event { tick: 150, what: What::Radio { robot: None, radio: radio(4, 0.1) } },
-        Event { tick: 150, what: What::Radio { robot: Some(0), radio: radio(0, 1.0) } },
+        TimelineEvent { tick: 50, what: TimelineAction::Pause { robot: 0, ticks: 5 } },
+        TimelineEvent { tick: 100, what: TimelineAction::Kill { robot: 0 } },
+        TimelineEvent { tick: 150, what: TimelineAction::Radio { robot: None, radio: radio(4, 0.1) } },
+        TimelineEvent { tick: 150, what: TimelineAction::Radio { robot: Some(0), radio: radio(0, 1.0) } },
     ];
     assert_eq!(scenario.events, expected);
     assert_eq!(scenario.robots[0].restart, Restart { limit: 2, delay_ticks: 25 });

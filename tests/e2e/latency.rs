@@ -2,7 +2,7 @@
 
 use crate::support::{Fleet, Run, assert_clean, example, is_gone, lanes, run, shoal, signal, stop, wait_for};
 use bus::{Address, Counter, FrameSubscriber, Metric, Node, StatsSnapshot, clock, stats};
-use protocol::Seat;
+use model::Seat;
 use rustix::process::Signal;
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use serde_json::Value;

@@ -2,7 +2,7 @@
 
 use crate::support::{PrivateShm, Run, assert_clean, lanes, run, shoal, signal, stop, wait_for};
 use bus::{Node, OrderSender};
-use protocol::Seat;
+use model::Seat;
 use protocol::daemon_to_world::{Absence, Order};
 use rustix::process::Signal;
 use serde_json::Value;

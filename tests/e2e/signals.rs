@@ -163,7 +163,7 @@ fn nobody_waits_for_who_does_not_read_what_is_said() {
         };
         let pid = wait_for("the life of b", || incarnation(&mut fleet));
         let ready = fleet.gate();
-        let seat = protocol::Seat { slot: 1, incarnation: life };
+        let seat = model::Seat { slot: 1, incarnation: life };
         wait_for("b to be ready", || ready.is_ready(seat).then_some(()));
         signal(pid, Signal::KILL);
     };

@@ -247,7 +247,7 @@ impl Fleet {
 
     /// Waits until a life of a robot is in the fleet.
     pub(crate) fn wait_ready(&mut self, slot: u32, incarnation: u32) {
-        let (gate, seat) = (self.gate(), protocol::Seat { slot, incarnation });
+        let (gate, seat) = (self.gate(), model::Seat { slot, incarnation });
         wait_for("the robot to be ready", || gate.is_ready(seat).then_some(()));
     }
 

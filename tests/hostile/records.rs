@@ -1,8 +1,9 @@
 //! Records whose content was changed and whose checksum fits all the same.
 
 use crate::counting::peak_of;
+use model::Scenario;
 use protocol::record::{MAGIC_END, Record};
-use scenarios::{Overrides, Scenario};
+use scenarios::Overrides;
 use shoal::picture::{run::draw, scene::Scene};
 use std::ops::ControlFlow;
 use world_sim::recorder::Recorder;

@@ -1,9 +1,9 @@
 //! The record of a run: the same from real processes as from one thread, whole or not there at all.
 
 use crate::support::{SHOAL, report_of, shoal};
+use model::Mode;
 use protocol::record::{Body, Record};
 use rustix::process::Signal;
-use scenarios::Mode;
 use shoal_tests::process::{Place, Run, wait_for};
 use std::path::Path;
 

@@ -1,7 +1,8 @@
 //! Every method gets out of a body what the body can: its speed, its slow turns, its reverse gear.
 
-use planners::{Kind, METHODS, Method};
-use scenarios::{Overrides, Scenario, parse};
+use model::{BodyKind, Scenario};
+use planners::{METHODS, Method};
+use scenarios::{Overrides, parse};
 use shoal_tests::Recording;
 
 /// Two robots swap past a pillar, far from the origin.
@@ -68,13 +69,13 @@ fn makespan(scenario: &Scenario) -> (f64, u64) {
     (times.fold(0.0, f64::max), outcome.trajectory_hash)
 }
 
-fn drive(kind: Kind) -> impl Iterator<Item = &'static Method> {
+fn drive(kind: BodyKind) -> impl Iterator<Item = &'static Method> {
     METHODS.iter().copied().filter(move |method| method.kinds.contains(&kind))
 }
 
 #[test]
 fn a_faster_body_is_there_sooner_with_every_method_that_does_not_warn() {
-    for method in drive(Kind::Point) {
+    for method in drive(BodyKind::Point) {
         let mut before: Vec<(f64, u64)> = Vec::new();
         for speed in ["1", "1.5", "2", "5"] {
             let scenario = with(SWAP, method, &[format!("defaults.speed_mps_max={speed}")]);
@@ -107,7 +108,7 @@ fn a_parameter_that_holds_a_method_back_is_warned_of() {
 
 #[test]
 fn unicycles_that_turn_slowly_arrive_with_every_method() {
-    for method in drive(Kind::Unicycle) {
+    for method in drive(BodyKind::Unicycle) {
         makespan(&with(TIGHT, method, &[]));
         // Lazy bodies take longer, and arrive. `dapf` stops at the edge of the tolerance, which braking carries it over by
         // millimetres: it comes and goes.
@@ -120,7 +121,7 @@ fn unicycles_that_turn_slowly_arrive_with_every_method() {
 
 #[test]
 fn a_goal_behind_is_reached_backwards_with_every_method() {
-    for method in drive(Kind::Unicycle) {
+    for method in drive(BodyKind::Unicycle) {
         let recording = Recording::of(&with(BEHIND, method, &[]));
         let robot = &recording.outcome.robots[0];
         assert!(robot.arrived && robot.path_length_m < 2.1, "{}: {robot:?}", method.name);
@@ -147,14 +148,14 @@ goal_m = [0, -4, -2]
 
 #[test]
 fn a_robot_has_arrived_when_it_looks_as_it_is_to() {
-    for method in drive(Kind::Unicycle) {
+    for method in drive(BodyKind::Unicycle) {
         let scenario = with(DOCK, method, &[]);
         let recording = Recording::of(&scenario);
         let robot = &recording.outcome.robots[0];
         assert!(robot.arrived && (robot.goals_done, robot.tasks_done) == (2, 1), "{}: {robot:?}", method.name);
         let off = |tick: u64, yaw_rad: f64| {
             let frame = recording.frames.iter().find(|frame| frame.tick == tick).expect("the tick was run");
-            planners::drive::wrap(frame.robot(0).expect("it is there").yaw_rad - yaw_rad).abs()
+            geometry::wrap(frame.robot(0).expect("it is there").yaw_rad - yaw_rad).abs()
         };
         assert!(off(robot.arrived_tick.expect("it arrived"), -2.0) <= 0.1, "{}", method.name);
         let first = recording.outcome.events.iter().find(|event| event.kind == "arrived").expect("it docked");
@@ -214,6 +215,6 @@ fn a_method_that_finds_no_way_says_so() {
     let outcome = shoal::single::run(&scenario, &mut |_, _| std::ops::ControlFlow::Continue(())).unwrap();
     let robot = &outcome.robots[0];
     assert!(!robot.arrived);
-    assert_eq!(robot.plan, planners::PlanState::GaveUp, "{robot:?}");
+    assert_eq!(robot.plan, model::PlanState::GaveUp, "{robot:?}");
     assert!(outcome.events.iter().any(|event| event.kind == "gave-up" && event.slot == Some(0)));
 }

@@ -1,8 +1,8 @@
 //! The same scenario and seed give the same run, to the last bit; another seed gives another one wherever anything is
 //! random; and who stands where in the list of robots is nobody's business.
 
-use planners::random::Stream;
-use scenarios::{Scenario, What};
+use model::random::Stream;
+use model::{Scenario, TimelineAction};
 use shoal_tests::{Recording, build, catalog, catalog_names, scenario, seeds};
 
 #[test]
@@ -60,12 +60,12 @@ fn shuffled(scenario: &Scenario, seed: u64) -> (Scenario, Vec<usize>) {
     shuffled.robots = order.iter().map(|old| scenario.robots[*old].clone()).collect();
     for event in &mut shuffled.events {
         match &mut event.what {
-            What::Join { robot }
-            | What::Leave { robot }
-            | What::Task { robot, .. }
-            | What::Kill { robot }
-            | What::Pause { robot, .. } => *robot = slots[*robot],
-            What::Radio { robot, .. } => *robot = robot.map(|robot| slots[robot]),
+            TimelineAction::Join { robot }
+            | TimelineAction::Leave { robot }
+            | TimelineAction::Task { robot, .. }
+            | TimelineAction::Kill { robot }
+            | TimelineAction::Pause { robot, .. } => *robot = slots[*robot],
+            TimelineAction::Radio { robot, .. } => *robot = robot.map(|robot| slots[robot]),
         }
     }
     (shuffled, slots)

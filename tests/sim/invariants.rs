@@ -1,11 +1,10 @@
 //! What holds in every tick of every run: nobody is faster than it can be, nobody moves who does not take part, what is
 //! said of a velocity is what the positions show.
 
+use geometry::wrap;
+use model::{BodyKind, Robot, Scenario};
 use nalgebra::Vector2;
-use planners::Kind;
-use planners::drive::wrap;
 use protocol::world_to_observer::FrameBody;
-use scenarios::{Robot, Scenario};
 use shoal_tests::recording::{at, is_silent};
 use shoal_tests::{Recording, build, catalog, catalog_names, scenario, seeds};
 
@@ -36,9 +35,9 @@ fn check(scenario: &Scenario) {
                 continue;
             }
             match robot.kind {
-                Kind::Point => point(robot, &begin, body, dt_s, &what),
-                Kind::Unicycle => unicycle(robot, &begin, body, dt_s, &what),
-                Kind::TwoLinkArm => arm(robot, &begin, body, dt_s, &what),
+                BodyKind::Point => point(robot, &begin, body, dt_s, &what),
+                BodyKind::Unicycle => unicycle(robot, &begin, body, dt_s, &what),
+                BodyKind::TwoLinkArm => arm(robot, &begin, body, dt_s, &what),
             }
         }
     }

@@ -1,8 +1,8 @@
 //! Operators, the coordinator and the world in one thread, with messages under way for any time and processes that die:
 //! every request gets one answer, and what was acknowledged is in the world.
 
-use planners::random::Stream;
-use protocol::Seat;
+use model::Seat;
+use model::random::Stream;
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use protocol::world_to_daemon::Notice;

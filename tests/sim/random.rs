@@ -1,6 +1,6 @@
 //! Worlds that nobody thought of: whatever is drawn, nothing panics and every number is one.
 
-use planners::random::Stream;
+use model::random::Stream;
 use scenarios::Overrides;
 use shoal_tests::{Recording, build, seeds};
 

@@ -13,7 +13,7 @@ fn planner_by_scenario() {
     );
     for name in catalog_names() {
         for method in planners::METHODS {
-            let drives = |robot: &scenarios::Robot| method.kinds.contains(&robot.kind);
+            let drives = |robot: &model::Robot| method.kinds.contains(&robot.kind);
             if !catalog(name, &Overrides::default()).robots.iter().any(drives) {
                 continue;
             }

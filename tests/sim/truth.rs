@@ -5,7 +5,7 @@ use shoal_tests::truth::{ARM_M, agree, recompute};
 use shoal_tests::{Recording, build, catalog, scenario, seeds};
 
 /// Runs a scenario and compares; returns the contacts, so that a test can see that there were any.
-fn check(scenario: &scenarios::Scenario) -> (u64, u64) {
+fn check(scenario: &model::Scenario) -> (u64, u64) {
     let recording = Recording::of(scenario);
     let (report, truth) = (recording.report(), recompute(scenario, &recording.frames));
     let told = &report.outcome;

@@ -1,7 +1,8 @@
 //! Scenarios from short texts and from the catalog, and sweeps over seeds.
 #![expect(clippy::print_stderr, reason = "a failing test says which seed failed")]
 
-use scenarios::{Overrides, Scenario};
+use model::Scenario;
+use scenarios::Overrides;
 
 /// The scenario that a text describes.
 ///

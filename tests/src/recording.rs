@@ -1,9 +1,8 @@
 //! A whole fleet in one thread, every tick of it kept.
 
+use model::{Event, Outcome, Scenario};
 use nalgebra::Point2;
-use protocol::world_to_daemon::{Event, Outcome};
 use protocol::world_to_observer::FrameBody;
-use scenarios::Scenario;
 use shoal::report::{Report, RunFacts};
 use std::ops::ControlFlow;
 use world_sim::World;

@@ -1,12 +1,11 @@
 //! The arms among the robots: their joints, and their links where they are.
 //!
-//! Geometry and kinematics are those of [`planners::arm`]; here is only what a tick does to an arm.
+//! Geometry and kinematics are those of [`geometry::arm`]; here is only what a tick does to an arm.
 
 use crate::kinematics::{Pose, towards};
+use geometry::{ArmState, Capsule, wrap};
+use model::{ArmSetup, Drive, Limits};
 use nalgebra::{Point2, Vector2};
-use planners::drive::wrap;
-use planners::{ArmState, Capsule, Drive, Limits};
-use scenarios::ArmSetup;
 
 /// The arm of one slot.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +37,7 @@ impl Arm {
     /// the pose in which the tick opens: a joint may brake harder than it may speed up. A joint that comes to the end of
     /// its range stands there.
     pub(crate) fn advance(&mut self, wanted_radps: [f64; 2], limits: &Limits, dt_s: f64) {
-        let within = |rate_radps| match self.state.within(rate_radps, limits) {
+        let within = |rate_radps| match Drive::of_arm(&self.state, rate_radps, limits) {
             Drive::Joints { rate_radps } => rate_radps,
             Drive::Velocity(_) | Drive::Twist { .. } => [0.0; 2],
         };
@@ -131,7 +130,7 @@ pub(crate) fn owner(arms: &[Arm], piece: usize) -> (usize, Option<usize>) {
 #[cfg(test)]
 pub(crate) mod testing {
     use super::*;
-    use planners::ArmGeometry;
+    use geometry::ArmGeometry;
     use std::f64::consts::{PI, TAU};
 
     /// An arm at the origin whose joints turn almost freely.

@@ -1,16 +1,14 @@
 //! A robot as the physics sees it: plain numbers, refreshed from its presence when a tick opens.
 
 use crate::kinematics::Pose;
+use model::{BodyKind, Limits, Robot, Seat};
 use nalgebra::Point2;
-use planners::{Kind, Limits};
-use protocol::Seat;
-use scenarios::Robot;
 
 /// The body of one slot, and what it can sense.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
     pub(crate) seat: Seat,
-    pub(crate) kind: Kind,
+    pub(crate) kind: BodyKind,
     pub(crate) limits: Limits,
     pub(crate) radius_m: f64,
     pub(crate) sensor_range_m: f64,
@@ -58,7 +56,7 @@ impl Body {
 
     /// Its body is not a disc but two links; its pose is that of its tip.
     pub(crate) fn is_arm(&self) -> bool {
-        self.kind == Kind::TwoLinkArm
+        self.kind == BodyKind::TwoLinkArm
     }
 
     /// How far it drove in this tick, m.
@@ -83,7 +81,7 @@ pub(crate) mod testing {
         };
         Body {
             seat: Seat { slot: slot as u32, incarnation: 0 },
-            kind: Kind::Point,
+            kind: BodyKind::Point,
             limits,
             radius_m,
             sensor_range_m: f64::INFINITY,

@@ -1,6 +1,7 @@
 //! The log of a run, and what the daemon is told while it goes on.
 
-use protocol::world_to_daemon::{Event, Notice, Touch};
+use model::{Event, Touch};
+use protocol::world_to_daemon::Notice;
 
 /// Entries that the log holds; what comes later is only counted.
 pub(crate) const EVENTS_MAX: usize = 10_000;

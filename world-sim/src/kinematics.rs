@@ -1,8 +1,8 @@
 //! How the bodies of robots move during a tick.
 
+use geometry::wrap;
+use model::{BodyKind, Drive, Limits};
 use nalgebra::{Point2, Vector2};
-use planners::drive::wrap;
-use planners::{Drive, Kind, Limits};
 
 /// Where a body is and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,11 +69,11 @@ impl Pose {
 }
 
 /// Whether a body of this kind can follow the drive: the right form, and finite.
-pub(crate) fn fits(kind: Kind, drive: &Drive) -> bool {
+pub(crate) fn fits(kind: BodyKind, drive: &Drive) -> bool {
     let form = match drive {
-        Drive::Velocity(_) => Kind::Point,
-        Drive::Twist { .. } => Kind::Unicycle,
-        Drive::Joints { .. } => Kind::TwoLinkArm,
+        Drive::Velocity(_) => BodyKind::Point,
+        Drive::Twist { .. } => BodyKind::Unicycle,
+        Drive::Joints { .. } => BodyKind::TwoLinkArm,
     };
     form == kind && drive.is_finite()
 }

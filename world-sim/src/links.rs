@@ -12,9 +12,8 @@
 use crate::arm::{self, Arm};
 use crate::body::Body;
 use crate::shapes::{Approach, Placed, Shapes};
+use geometry::{Capsule, segment_distance};
 use nalgebra::Vector2;
-use planners::Capsule;
-use planners::geometry::segment_distance;
 
 /// Clearances are the least to this, m.
 const SWEEP_M: f64 = 1e-4;

@@ -1,8 +1,8 @@
 //! How obstacles and goals move: functions of time alone, evaluated at the ticks in order.
 
+use model::random::Stream;
+use model::{AtEnd, Bounds, Motion};
 use nalgebra::{Point2, Vector2};
-use planners::random::Stream;
-use scenarios::{AtEnd, Bounds, Motion};
 
 /// A point in motion.
 pub(crate) struct Mover {

@@ -107,7 +107,7 @@ impl OutcomeFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use protocol::world_to_daemon::{Event, Outcome};
+    use model::{Event, Outcome};
 
     fn end(events: usize) -> WorldEnd {
         let event = |tick: usize| Event {

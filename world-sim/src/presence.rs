@@ -13,10 +13,9 @@
 //! in the world.
 
 use crate::journal::Journal;
-use protocol::Seat;
+use model::{Restart, Seat, StragglerPolicy};
 use protocol::daemon_to_world::Absence;
 use protocol::world_to_daemon::Notice;
-use scenarios::{Restart, StragglerPolicy};
 
 /// Where a slot is in its life. Ticks are the first of the state that they lead to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

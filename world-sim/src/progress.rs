@@ -15,8 +15,8 @@
 //! livelock. A robot
 //! whose planner is still looking for a way is neither (`World::planned`).
 
+use model::Stall;
 use nalgebra::{Point2, Vector2};
-use protocol::world_to_daemon::Stall;
 use std::collections::VecDeque;
 
 /// The window for robots that stand, s.

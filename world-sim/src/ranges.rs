@@ -5,7 +5,7 @@
 //!
 //! A sensor sees every body in its range that its robot cannot be sure to hear: one that is silent, one beyond the range
 //! of the radio, any other while the radio loses or delays poses. A robot that sees no robots
-//! ([`Robot::sees_robots`](scenarios::Robot::sees_robots)) sees the silent ones alone. Who is heard for sure is not listed
+//! ([`Robot::sees_robots`](model::Robot::sees_robots)) sees the silent ones alone. Who is heard for sure is not listed
 //! as seen, because its own word says more. Of an arm only the tip is heard, so its links are seen at any time, by all
 //! but itself. An arm hears and sees from where its tip is.
 
@@ -13,7 +13,7 @@ use crate::arm::Arm;
 use crate::body::Body;
 use crate::grid::{Aabb, Grid};
 use crate::shapes::{Placed, Shapes};
-use planners::Capsule;
+use geometry::Capsule;
 use protocol::world_to_robot::NeighborRef;
 
 /// The lists of every slot.

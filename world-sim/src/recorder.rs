@@ -4,11 +4,10 @@
 
 use crate::World;
 use crate::whole_file::WholeFile;
+use model::{Outcome, Robot, Scenario};
 use protocol::codec::CodecError;
 use protocol::record::{Body, Encoder, Ending};
-use protocol::world_to_daemon::Outcome;
 use protocol::world_to_observer::FrameBody;
-use scenarios::{Robot, Scenario};
 use std::io::{self, Write};
 use std::path::Path;
 

@@ -4,10 +4,9 @@ use crate::journal::Journal;
 use crate::motion::Mover;
 use crate::progress::{Scale, Trail};
 use crate::smoothness::Smoothness;
+use model::random::Stream;
+use model::{MAX_GOALS, Robot, Stall};
 use nalgebra::{Point2, Vector2};
-use planners::random::Stream;
-use protocol::world_to_daemon::Stall;
-use scenarios::{MAX_GOALS, Robot};
 use std::collections::VecDeque;
 
 /// Where a goal comes from.
@@ -134,7 +133,7 @@ impl Referee {
 
     /// Whether the body looks as the present goal wants it to.
     fn looks_right(&self) -> bool {
-        let off = |wanted: f64| planners::drive::wrap(wanted - self.yaw_rad).abs();
+        let off = |wanted: f64| geometry::wrap(wanted - self.yaw_rad).abs();
         self.current.yaw_rad.is_none_or(|wanted| off(wanted) <= self.yaw_tolerance_rad)
     }
 

@@ -3,11 +3,10 @@
 use crate::grid::Aabb;
 use crate::links::Moving;
 use crate::motion::Mover;
+use geometry::{Capsule, Polygon, segment_distance};
+use model::random::Stream;
+use model::{Obstacle, Shape};
 use nalgebra::{Point2, Vector2};
-use planners::Capsule;
-use planners::geometry::{Polygon, segment_distance};
-use planners::random::Stream;
-use scenarios::{Obstacle, Shape};
 use std::ops::Range;
 
 /// An obstacle. Its geometry stays where the scenario has it; a motion gives it an offset.
@@ -207,8 +206,8 @@ impl Placed {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model::Motion;
     use proptest::prelude::*;
-    use scenarios::Motion;
 
     proptest! {
         /// A polygon and a capsule on their way, and a disc on its own: the clearance against many instants of the tick.
@@ -227,7 +226,7 @@ mod tests {
             let reference = shape.reference();
             let points = vec![reference, reference + Vector2::new(drift.0, drift.1)];
             let speed_mps = drift.0.hypot(drift.1);
-            let motion = Some(Motion::Waypoints { points, speed_mps, then: scenarios::AtEnd::Stop });
+            let motion = Some(Motion::Waypoints { points, speed_mps, then: model::AtEnd::Stop });
             let mut shapes = Shapes::new(&[Obstacle { shape: shape.clone(), motion }], 1);
             shapes.advance(1.0);
             let path = [Point2::new(from.0, from.1), Point2::new(to.0, to.1)];

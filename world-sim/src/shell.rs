@@ -11,15 +11,13 @@ use bus::{
     Address, BusError, FramePublisher, Gate, Metric, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
     StatsWriter, Strips, WorldWriter, clock, gate,
 };
-use planners::Drive;
-use protocol::Seat;
+use model::{Drive, Mode, Scenario, Seat};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_world::Absence;
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::WorldEnd;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::Odometry;
-use scenarios::{Mode, Scenario};
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};

@@ -14,9 +14,8 @@ mod tangents;
 
 use crate::grid::Aabb;
 use crate::shapes::Shapes;
+use geometry::{Capsule, Polygon, segment_distance};
 use nalgebra::{Point2, Vector2, distance};
-use planners::Capsule;
-use planners::geometry::{Polygon, segment_distance};
 use std::cell::Cell;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

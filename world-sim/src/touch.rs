@@ -1,9 +1,8 @@
 //! Where and when two bodies that came into contact in a tick touched first: for the log, so only of contacts.
 
 use crate::links::Moving;
+use geometry::{Capsule, segments_cross};
 use nalgebra::{Point2, Vector2};
-use planners::Capsule;
-use planners::geometry::segments_cross;
 
 /// Instants at which links that turn are looked at. A touch is found to a small part of the time between two of them.
 const INSTANTS: u32 = 64;

@@ -16,13 +16,13 @@ use crate::ranges::Ranges;
 use crate::referee::{Referee, Source};
 use crate::shapes::Shapes;
 use crate::touch;
+use model::{
+    Clock, Drive, MAX_ROBOTS, PlanState, Robot, Scenario, Seat, StragglerPolicy, TimelineAction, TimelineEvent, Touch,
+};
 use nalgebra::Point2;
-use planners::{Drive, PlanState};
-use protocol::Seat;
 use protocol::daemon_to_world::{Absence, Order, Ticket};
-use protocol::world_to_daemon::{Notice, Touch};
+use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::Piece;
-use scenarios::{Clock, Event, MAX_ROBOTS, Robot, Scenario, StragglerPolicy, What};
 
 /// Why a task is refused: the robot has as many goals as it can keep.
 pub const TOO_MANY_GOALS: &str = "too many goals are waiting";
@@ -41,7 +41,7 @@ pub struct World {
     is_open: bool,
     stopped: bool,
     orders: Vec<Order>,
-    events: Vec<Event>,
+    events: Vec<TimelineEvent>,
     /// The first event of the timeline that has not happened yet.
     next_event: usize,
 
@@ -77,7 +77,7 @@ pub struct World {
     pieces_changed: Vec<usize>,
 }
 
-/// What has to be written because the tick opened: slots and indices, sorted. The views of [`World`] say what.
+/// TimelineAction has to be written because the tick opened: slots and indices, sorted. The views of [`World`] say what.
 #[derive(Clone, Copy, Debug)]
 pub struct Opening<'a> {
     /// Slots whose odometry is new: all participants, and robots that no longer take part since this tick.
@@ -128,7 +128,7 @@ impl World {
             pieces_changed: Vec::new(),
         };
         for (slot, robot) in scenario.robots.iter().enumerate() {
-            let joins = |event: &&Event| matches!(event.what, What::Join { robot } if robot == slot);
+            let joins = |event: &&TimelineEvent| matches!(event.what, TimelineAction::Join { robot } if robot == slot);
             world.seat(slot, robot, scenario.events.iter().find(joins).map_or(0, |event| event.tick));
         }
         world.announce();
@@ -220,7 +220,7 @@ impl World {
         self.opening()
     }
 
-    /// What the open tick changed, once more: the borrow of [`open`](World::open) excludes the views.
+    /// TimelineAction the open tick changed, once more: the borrow of [`open`](World::open) excludes the views.
     pub fn opening(&self) -> Opening<'_> {
         Opening {
             odometry: &self.odometry_changed,
@@ -259,15 +259,17 @@ impl World {
             let what = event.what.clone();
             self.next_event += 1;
             match what {
-                What::Join { .. } => {} // The slot has been waiting for this tick since the start.
-                What::Leave { robot } => self.leave(robot),
-                What::Task { robot, goal, yaw_rad, now } => {
+                TimelineAction::Join { .. } => {} // The slot has been waiting for this tick since the start.
+                TimelineAction::Leave { robot } => self.leave(robot),
+                TimelineAction::Task { robot, goal, yaw_rad, now } => {
                     // The log says so if it was not taken; nobody waits for an answer.
                     let _ = self.task(robot, (goal, yaw_rad), now, Source::Timeline);
                 }
-                What::Kill { robot } => self.presences[robot].kill(self.tick, &mut self.journal),
-                What::Pause { robot, ticks } => self.presences[robot].pause(self.tick, ticks, &mut self.journal),
-                What::Radio { robot, radio } => {
+                TimelineAction::Kill { robot } => self.presences[robot].kill(self.tick, &mut self.journal),
+                TimelineAction::Pause { robot, ticks } => {
+                    self.presences[robot].pause(self.tick, ticks, &mut self.journal);
+                }
+                TimelineAction::Radio { robot, radio } => {
                     // Delay, loss and noise act where a pose is received; the world only knows who is sure to hear.
                     match robot {
                         Some(slot) => self.bodies[slot].hears_surely = radio.is_sure(),

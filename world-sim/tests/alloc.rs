@@ -4,9 +4,10 @@
 mod counting;
 
 use counting::calls;
+use geometry::{ArmGeometry, Capsule};
+use model::*;
+use model::{BodyKind, Drive, Limits};
 use nalgebra::{Point2, Vector2};
-use planners::{ArmGeometry, Capsule, Drive, Kind, Limits};
-use scenarios::*;
 use shoal_world_sim::World;
 
 /// Robots on circles beside each other that drift in and out of range, past an obstacle that moves.
@@ -21,7 +22,7 @@ fn rings(count: usize) -> Scenario {
     };
     let robot = |slot: usize| Robot {
         id: format!("r{slot}"),
-        kind: Kind::Point,
+        kind: BodyKind::Point,
         limits,
         arm: None,
         radius_m: 0.1,
@@ -86,7 +87,7 @@ fn arms_do_not_allocate_either() {
             joint_max_rad: [6.0, 1.5],
         };
         let mut robot = scenario.robots[0].clone();
-        (robot.id, robot.kind) = (format!("arm{slot}"), Kind::TwoLinkArm);
+        (robot.id, robot.kind) = (format!("arm{slot}"), BodyKind::TwoLinkArm);
         robot.arm = Some(ArmSetup { geometry, start_joints_rad: joints_rad });
         scenario.robots.push(robot);
     }
@@ -105,7 +106,7 @@ fn check(scenario: &Scenario) {
         world.close(&mut |seat| {
             let angle = angle + f64::from(seat.slot);
             Some(match scenario.robots[seat.slot as usize].kind {
-                Kind::TwoLinkArm => Drive::Joints { rate_radps: [0.3 * angle.cos(), angle.sin()] },
+                BodyKind::TwoLinkArm => Drive::Joints { rate_radps: [0.3 * angle.cos(), angle.sin()] },
                 _ => Drive::Velocity(Vector2::new(angle.cos(), angle.sin())),
             })
         });

@@ -69,12 +69,12 @@ pub enum ModeArg {
     Realtime,
 }
 
-impl From<ModeArg> for scenarios::Mode {
-    fn from(mode: ModeArg) -> scenarios::Mode {
+impl From<ModeArg> for model::Mode {
+    fn from(mode: ModeArg) -> model::Mode {
         match mode {
-            ModeArg::Single => scenarios::Mode::Single,
-            ModeArg::Lockstep => scenarios::Mode::Lockstep,
-            ModeArg::Realtime => scenarios::Mode::Realtime,
+            ModeArg::Single => model::Mode::Single,
+            ModeArg::Lockstep => model::Mode::Lockstep,
+            ModeArg::Realtime => model::Mode::Realtime,
         }
     }
 }

@@ -20,7 +20,7 @@ pub fn parse_duration(text: &str) -> Result<f64, String> {
 
 /// How many robots a bench is to have: one less than a fleet can hold, because one more joins.
 pub(super) fn parse_robots(text: &str) -> Result<usize, String> {
-    let most = scenarios::MAX_ROBOTS - 1;
+    let most = model::MAX_ROBOTS - 1;
     match text.trim().parse() {
         Ok(robots) if (1..=most).contains(&robots) => Ok(robots),
         _ => Err(format!("`{text}` is not a number of robots; write sizes from 1 to {most}, as in 15,64,200")),

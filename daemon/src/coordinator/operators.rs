@@ -5,7 +5,7 @@
 //! is not known yet.
 
 use super::{Action, Coordinator, Member, State};
-use planners::{Kind, ParamValues};
+use model::{BodyKind, ParamValues};
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use std::time::Duration;
@@ -123,9 +123,9 @@ impl Coordinator {
         }
         let kind = match new.kind.as_deref() {
             None => None,
-            Some("point") => Some(Kind::Point),
-            Some("unicycle") => Some(Kind::Unicycle),
-            Some("two-link-arm") => Some(Kind::TwoLinkArm), // refused below, with the reason
+            Some("point") => Some(BodyKind::Point),
+            Some("unicycle") => Some(BodyKind::Unicycle),
+            Some("two-link-arm") => Some(BodyKind::TwoLinkArm), // refused below, with the reason
             Some(other) => {
                 return Err(refused(&format!("unknown kind `{other}`"), Some("known kinds: point, unicycle")));
             }

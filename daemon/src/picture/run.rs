@@ -4,7 +4,7 @@ use super::axes::Axes;
 use super::pad::{Anchor, Color, Pad, svg, width_of};
 use super::scene::{Scene, Thing, Trace};
 use super::{CONTACT, FAINT_INK, INK, MOVING, STONE, STONE_EDGE, color};
-use scenarios::Shape;
+use model::Shape;
 
 /// So many robots have a line in the legend.
 const LEGEND_MAX: usize = 20;

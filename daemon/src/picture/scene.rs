@@ -2,9 +2,9 @@
 
 use super::axes::{Span, span};
 use super::thin::thin;
+use model::{Mode, Shape};
 use protocol::record::{Body, Record};
 use protocol::world_to_observer::FrameBody;
-use scenarios::{Mode, Shape};
 use std::collections::HashMap;
 
 /// A line may be off by this share of the picture: a fifth of a pixel.
@@ -193,13 +193,13 @@ impl Scene {
 }
 
 /// Every robot that there was, by slot.
-fn known(record: &Record) -> impl Iterator<Item = (u32, &scenarios::Robot)> {
+fn known(record: &Record) -> impl Iterator<Item = (u32, &model::Robot)> {
     let own = (0..).zip(&record.header.scenario.robots);
     own.chain(record.ending.added.iter().map(|(slot, robot)| (*slot, robot)))
 }
 
 /// An arm at instants that are evenly spread over its motion.
-fn poses(robot: &scenarios::Robot, joints: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
+fn poses(robot: &model::Robot, joints: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
     let Some(arm) = &robot.arm else { return Vec::new() };
     let turned = |pair: &[[f64; 2]]| (pair[1][0] - pair[0][0]).abs() + (pair[1][1] - pair[0][1]).abs();
     let total: f64 = joints.windows(2).map(turned).sum();
@@ -266,8 +266,8 @@ fn subtitle(record: &Record) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model::{Event, Outcome, Touch};
     use protocol::record::{Encoder, Ending};
-    use protocol::world_to_daemon::{Event, Outcome, Touch};
 
     /// Two hundred robots that go round on circles, and two that meet.
     #[test]

@@ -4,9 +4,7 @@ use super::{
     EventReport, LatencyFacts, LatencyReport, OutcomeReport, ProcessFacts, ProcessScheduling, Report, ResourcesReport,
     RobotReport, RunFacts, SCHEMA, SchedulingReport, judge,
 };
-use planners::PlanState;
-use protocol::world_to_daemon::{RobotOutcome, Stall};
-use scenarios::{Class, Mode, Processes, Scheduling};
+use model::{Class, Mode, PlanState, Processes, RobotOutcome, Scheduling, Stall};
 use std::collections::BTreeMap;
 
 /// Makes the report.

@@ -3,8 +3,7 @@
 use super::{EventReport, LatencyReport, Report, Verdict};
 use crate::exit;
 use crate::numbers;
-use protocol::world_to_daemon::Event;
-use scenarios::{Expect, Mode};
+use model::{Event, Expect, Mode};
 
 /// `realtime`: a larger share of missed periods is the machine's doing.
 pub const MISSED_SHARE_MAX: f64 = 0.001;

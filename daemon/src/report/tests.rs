@@ -6,16 +6,15 @@ use super::judge::{exit_code, impaired_because, starved_because, unmet, verdict}
 use super::text::{Style, render};
 use super::*;
 use bus::Cause;
-use planners::{Kind, Limits, ParamValues};
-use protocol::world_to_daemon::{Event, RobotOutcome, Stall};
-use scenarios::{
-    Bounds, Class, Clock, Expect, Fleet, Processes, Radio, Restart, Robot, Scheduling, Stop, StragglerPolicy,
+use model::{
+    BodyKind, Bounds, Class, Clock, Event, Expect, Fleet, Limits, ParamValues, Processes, Radio, Restart, Robot,
+    RobotOutcome, Scheduling, Stall, Stop, StragglerPolicy,
 };
 
 fn robot(slot: usize) -> Robot {
     Robot {
         id: format!("r{slot:02}"),
-        kind: Kind::Point,
+        kind: BodyKind::Point,
         limits: Limits {
             speed_mps_max: 1.0,
             reverse_mps_max: 0.0,

@@ -10,9 +10,7 @@ use super::{
 use crate::numbers::{clearance, fixed};
 use crate::{exit, scheduling};
 use bus::Cause;
-use planners::PlanState;
-use protocol::world_to_daemon::Stall;
-use scenarios::Mode;
+use model::{Mode, PlanState, Stall};
 
 /// So many robots are listed one by one.
 const ROBOTS_MAX: usize = 20;

@@ -3,7 +3,7 @@
 use crate::cli::{AgentArgs, BareArgs, BareVerb, WorldArgs};
 use crate::exit::Failure;
 use bus::{Address, bare};
-use protocol::Seat;
+use model::Seat;
 use robot_agent::shell::{Args, ShellError as AgentError};
 use std::io::Write;
 use world_sim::shell::ShellError as WorldError;

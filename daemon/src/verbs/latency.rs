@@ -13,8 +13,8 @@ use crate::report::{Column, LatencyFacts, LoopLatency, Page, Percentiles, judge,
 use crate::{out, picture};
 use bus::{Address, Counter, Gate, Metric, StatsSnapshot};
 use histogram::Spread;
+use model::{Mode, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
-use scenarios::{Mode, Scenario};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

@@ -4,7 +4,8 @@ use crate::cli::{Format, PlannersArgs};
 use crate::exit::Failure;
 use crate::out;
 use crate::report::{Column, Page, table};
-use planners::{METHODS, Method, ParamKind, ParamSpec, ParamValue};
+use model::ParamValue;
+use planners::{METHODS, Method, ParamKind, ParamSpec};
 use serde_json::{Value, json};
 
 /// Lists them, or explains one.

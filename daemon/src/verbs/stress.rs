@@ -8,7 +8,8 @@ use crate::report::text::{blame_words, bytes_text, latency_lines};
 use crate::report::{self, LatencyReport, Page, Report, Verdict};
 use crate::{out, run, supervisor};
 use bus::clean;
-use scenarios::{MAX_ROBOTS, Overrides};
+use model::MAX_ROBOTS;
+use scenarios::Overrides;
 use serde::Serialize;
 
 /// The name and version of the format.
@@ -191,7 +192,7 @@ impl Stress {
 mod tests {
     use super::*;
     use crate::report::{Blame, LoopLatency, Percentiles};
-    use scenarios::Mode;
+    use model::Mode;
 
     fn stress(left_over: &[&str]) -> Stress {
         let text = fleet::scenario(2, 50.0, 10.0);

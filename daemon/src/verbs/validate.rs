@@ -5,7 +5,8 @@ use crate::exit::{self, Failure, Line};
 use crate::out;
 use crate::report::text::mode_name;
 use crate::source;
-use scenarios::{Mode, Overrides, Problem, Scenario};
+use model::{Mode, Problem, Scenario};
+use scenarios::Overrides;
 use serde::Serialize;
 use std::ffi::{OsStr, OsString};
 

@@ -1,7 +1,8 @@
 //! A planner outside shoal, in an executable of its own: heads for the goal and turns right before a robot ahead.
 
+use robot_agent::model::Drive;
 use robot_agent::nalgebra::{Rotation2, Vector2};
-use robot_agent::planners::{Drive, Plan, PlanInput, Planner};
+use robot_agent::planners::{Plan, PlanInput, Planner};
 use std::process::ExitCode;
 
 struct KeepRight;

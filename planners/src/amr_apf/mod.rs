@@ -51,12 +51,13 @@ pub(crate) mod unicycle;
 
 pub use params::{Circle, ClusterRule, Params, PillarGaps, Preset, Rule, Side, SpeedRule, Traps, Which};
 
-use crate::drive::{Drive, Kind, wrap};
-use crate::params::{ParamError, ParamValues};
-use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, PlanState, Planner, nearest_by_id};
+use crate::params::ParamError;
+use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
 use crate::registry::{Identity, Method, Symmetry, any_speed};
 use clusters::{Member, Scratch};
 use field::{Other, Own};
+use geometry::wrap;
+use model::{BodyKind, Drive, ParamValues, PlanState};
 use nalgebra::{Point2, Rotation2, Vector2};
 use speed::{Body, SPEED_REFERENCE_MPS, Twist};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
@@ -74,7 +75,7 @@ pub static METHOD: Method = Method {
     summary: "potential field with sideways forces, right of way, and virtual obstacles against traps and crowds",
     source: "AMR-APF, Modares Mechanical Engineering 24(7), 2024",
     symmetry: Symmetry::FULL,
-    kinds: Kind::MOBILE,
+    kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps: any_speed,
     build,

@@ -1,7 +1,8 @@
 //! Parameters of AMR-APF, and the presets: which program of the authors has which values.
 
 use super::speed::{Pivot, SpeedLaw};
-use crate::params::{ParamField, ParamValues};
+use crate::params::ParamField;
+use model::ParamValues;
 
 crate::choice! {
     /// Where the parameters start from.

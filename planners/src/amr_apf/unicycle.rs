@@ -2,15 +2,16 @@
 
 use super::field::Own;
 use super::speed::Twist;
-use crate::drive::{Drive, Kind, wrap};
 use crate::planner::PlanInput;
+use geometry::wrap;
+use model::{BodyKind, Drive};
 use nalgebra::Vector2;
 
 /// The robot as the forces see it. A point robot starts facing its goal.
 pub(crate) fn own(input: &PlanInput<'_>, remembered_rad: Option<f64>, sgn_zero: bool) -> Own {
     let heading_rad = match input.kind {
-        Kind::Unicycle | Kind::TwoLinkArm => input.yaw_rad,
-        Kind::Point => remembered_rad.unwrap_or_else(|| {
+        BodyKind::Unicycle | BodyKind::TwoLinkArm => input.yaw_rad,
+        BodyKind::Point => remembered_rad.unwrap_or_else(|| {
             let to_goal = input.goal - input.position;
             if to_goal.norm() > 0.0 { to_goal.y.atan2(to_goal.x) } else { input.yaw_rad }
         }),
@@ -22,14 +23,14 @@ pub(crate) fn own(input: &PlanInput<'_>, remembered_rad: Option<f64>, sgn_zero: 
 pub(crate) fn drive(twist: Twist, own: &Own, input: &PlanInput<'_>, remembered_rad: &mut Option<f64>) -> Drive {
     let Twist { speed_mps, turn_radps } = twist;
     match input.kind {
-        Kind::TwoLinkArm => Drive::stop(input.kind),
-        Kind::Unicycle => {
+        BodyKind::TwoLinkArm => Drive::stop(input.kind),
+        BodyKind::Unicycle => {
             // A body that cannot turn that fast drives the same curve, slower.
             let over = turn_radps.abs() / input.limits.turn_radps_max;
             let speed_mps = if over > 1.0 { speed_mps / over } else { speed_mps };
             Drive::Twist { speed_mps, turn_radps }.within(&input.limits)
         }
-        Kind::Point => {
+        BodyKind::Point => {
             let heading = wrap(own.heading_rad + turn_radps * input.dt_s);
             *remembered_rad = Some(heading);
             Drive::Velocity(speed_mps * Vector2::new(heading.cos(), heading.sin()))

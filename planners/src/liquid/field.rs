@@ -1,7 +1,7 @@
 //! The potential, and one round of evaluations: equations (1) to (12).
 
-use crate::geometry::segment_distance;
 use crate::planner::{Obstacle, nearest_by_id};
+use geometry::segment_distance;
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::{PI, TAU};
 

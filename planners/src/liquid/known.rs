@@ -21,7 +21,7 @@ pub struct Known {
 pub fn parked(neighbor: &Neighbor) -> Obstacle {
     Obstacle {
         id: u32::MAX - neighbor.id,
-        shape: crate::Capsule::disc(neighbor.position, neighbor.radius_m),
+        shape: geometry::Capsule::disc(neighbor.position, neighbor.radius_m),
         velocity: Vector2::zeros(),
     }
 }

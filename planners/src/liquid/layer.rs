@@ -13,8 +13,10 @@
 //! With `neighbors = false` nothing pushes and no robot is an obstacle; sensed things stay in the online potential.
 
 use super::known::moves;
-use crate::drive::{Drive, Kind, arc_speed, steer_to_goal, turn_towards, turnable, wrap};
 use crate::planner::{Obstacle, Plan, PlanInput, nearest_by_id};
+use crate::steering::{arc_speed, steer_to_goal, turn_towards, turnable};
+use geometry::wrap;
+use model::{BodyKind, Drive};
 use nalgebra::{Point2, Vector2};
 
 /// Surfaces count as at least this far apart, so that pushes stay finite, m.
@@ -83,11 +85,11 @@ impl Layer {
         let speed_max = input.limits.speed_mps_max;
         let kept = |velocity: Vector2<f64>| slide(input.obstacles, input, slide(known, input, velocity));
         let drive = match input.kind {
-            Kind::Point if push == Vector2::zeros() && input.limits.accel_mps2_max.is_infinite() => {
+            BodyKind::Point if push == Vector2::zeros() && input.limits.accel_mps2_max.is_infinite() => {
                 Drive::Velocity(wanted.cap_magnitude(speed_max))
             }
-            Kind::Point => Drive::Velocity(kept((wanted + push).cap_magnitude(speed_max))),
-            Kind::Unicycle => {
+            BodyKind::Point => Drive::Velocity(kept((wanted + push).cap_magnitude(speed_max))),
+            BodyKind::Unicycle => {
                 let velocity = kept((wanted + push).cap_magnitude(speed_max));
                 // Who is pushed gets out of the way first.
                 let pushed = push != Vector2::zeros();
@@ -109,7 +111,7 @@ impl Layer {
                     drive => drive,
                 }
             }
-            Kind::TwoLinkArm => Drive::stop(input.kind),
+            BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
         Plan { attractive: wanted, repulsive: push, ..Plan::only(drive) }
     }
@@ -140,7 +142,7 @@ pub fn stay(input: &PlanInput<'_>) -> Plan {
 fn slide(obstacles: &[Obstacle], input: &PlanInput<'_>, velocity: Vector2<f64>) -> Vector2<f64> {
     nearest_by_id(obstacles, input.position).fold(velocity, |velocity, obstacle| {
         let offset = input.position - obstacle.shape.nearest_core(input.position);
-        let lags = input.kind == Kind::Point && input.limits.accel_mps2_max.is_finite();
+        let lags = input.kind == BodyKind::Point && input.limits.accel_mps2_max.is_finite();
         let margin = if lags { LAG_MARGIN_M } else { 0.0 };
         let gap = (offset.norm() - obstacle.shape.radius - input.radius_m - margin).max(0.0);
         let Some(away) = offset.try_normalize(0.0) else { return velocity };
@@ -168,7 +170,7 @@ fn stoppable(distance_m: f64, input: &PlanInput<'_>) -> f64 {
 pub fn speed_near(distance_m: f64, heading_gain: f64, input: &PlanInput<'_>) -> f64 {
     let stopping = stoppable(distance_m, input);
     match input.kind {
-        Kind::Point | Kind::TwoLinkArm => stopping,
-        Kind::Unicycle => stopping.min(heading_gain * distance_m),
+        BodyKind::Point | BodyKind::TwoLinkArm => stopping,
+        BodyKind::Unicycle => stopping.min(heading_gain * distance_m),
     }
 }

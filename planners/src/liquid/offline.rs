@@ -8,10 +8,10 @@ use super::field::{Field, Law};
 use super::known::Known;
 use super::layer::{Layer, speed_near, stay, towards};
 use super::search::{Budget, Progress, Search};
-use crate::drive::Kind;
-use crate::params::{ParamError, ParamValues};
-use crate::planner::{Plan, PlanInput, PlanState, Planner};
+use crate::params::ParamError;
+use crate::planner::{Plan, PlanInput, Planner};
 use crate::registry::{Identity, Method, Symmetry, any_speed};
+use model::{BodyKind, ParamValues, PlanState};
 use nalgebra::{Point2, Vector2};
 
 /// A robot farther than so many steps from its path thinks anew.
@@ -28,7 +28,7 @@ pub static METHOD: Method = Method {
     source: "Moaveni, Ghanbari Gol 2011",
     // Sixteen directions, and passing on the right.
     symmetry: Symmetry { rotation: false, translation: true, reflection: false, neighbor_order: true },
-    kinds: Kind::MOBILE,
+    kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps: any_speed,
     build,
@@ -96,7 +96,7 @@ fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, P
 
 impl Planner for Liquid {
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
-        if input.arrived || input.kind == Kind::TwoLinkArm {
+        if input.arrived || input.kind == BodyKind::TwoLinkArm {
             return stay(input);
         }
         let news = self.known.notice(input, self.layer.on, self.params.step_m / 2.0);
@@ -206,8 +206,8 @@ impl Liquid {
         let path = self.search.path();
         let stride_m = input.limits.speed_mps_max * input.dt_s;
         let reach_m = match input.kind {
-            Kind::Point | Kind::TwoLinkArm => stride_m,
-            Kind::Unicycle => stride_m.max(self.params.lookahead_m),
+            BodyKind::Point | BodyKind::TwoLinkArm => stride_m,
+            BodyKind::Unicycle => stride_m.max(self.params.lookahead_m),
         };
         // A robot that was pushed aside goes on beside its path, and back to it bit by bit.
         let aside_m = (path[self.at] - position).norm();
@@ -227,8 +227,8 @@ impl Liquid {
         }
         let speed_max = speed_near((last - position).norm(), self.params.heading_gain, input);
         let wanted = match input.kind {
-            Kind::Point | Kind::TwoLinkArm => towards(carrot, input).cap_magnitude(speed_max),
-            Kind::Unicycle => {
+            BodyKind::Point | BodyKind::TwoLinkArm => towards(carrot, input).cap_magnitude(speed_max),
+            BodyKind::Unicycle => {
                 let to_carrot = carrot - position;
                 let turning = self.params.heading_gain * to_carrot.norm();
                 let speed = input.limits.speed_mps_max.min(speed_max).min(turning);

@@ -9,10 +9,10 @@
 use super::field::{Field, Law};
 use super::known::{moves, parked};
 use super::layer::{Layer, speed_near, stay, towards};
-use crate::drive::Kind;
-use crate::params::{ParamError, ParamValues};
-use crate::planner::{Obstacle, Plan, PlanInput, PlanState, Planner};
+use crate::params::ParamError;
+use crate::planner::{Obstacle, Plan, PlanInput, Planner};
 use crate::registry::{Identity, Method, Symmetry};
+use model::{BodyKind, ParamValues, PlanState};
 use nalgebra::{Point2, Vector2};
 
 /// Something that moves within this distance may be why there is a local minimum, m: the reach of a virtual obstacle.
@@ -29,7 +29,7 @@ pub static METHOD: Method = Method {
     source: "Moaveni, Ghanbari Gol 2011",
     // Sixteen directions, and passing on the right.
     symmetry: Symmetry { rotation: false, translation: true, reflection: false, neighbor_order: true },
-    kinds: Kind::MOBILE,
+    kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps,
     build,
@@ -116,7 +116,7 @@ fn speed_mps(values: &ParamValues, dt_s: f64) -> f64 {
 
 impl Planner for LiquidOnline {
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
-        if input.arrived || input.kind == Kind::TwoLinkArm {
+        if input.arrived || input.kind == BodyKind::TwoLinkArm {
             return stay(input);
         }
         if self.follows_speed {
@@ -248,7 +248,7 @@ impl LiquidOnline {
             .is_none_or(|leg| leg.is_over(position, input.kind, self.law.step_m) || !field.is_free(position, leg.to))
         {
             self.rounds += 1;
-            let follows = input.kind == Kind::Point && input.limits.accel_mps2_max.is_infinite();
+            let follows = input.kind == BodyKind::Point && input.limits.accel_mps2_max.is_infinite();
             let here = if follows { f64::NEG_INFINITY } else { field.at(position) };
             (self.lowest, self.level) = if here < self.lowest { (here, 0) } else { (self.lowest, self.level + 1) };
             let circles = !follows && self.level >= ROUNDS_LEVEL_MAX;
@@ -263,8 +263,8 @@ impl LiquidOnline {
         let Some(leg) = self.leg else { return Vector2::zeros() };
         let speed_max = speed_near(distance, self.params.heading_gain, input);
         match input.kind {
-            Kind::Point | Kind::TwoLinkArm => towards(leg.to, input).cap_magnitude(speed_max),
-            Kind::Unicycle => {
+            BodyKind::Point | BodyKind::TwoLinkArm => towards(leg.to, input).cap_magnitude(speed_max),
+            BodyKind::Unicycle => {
                 let speed = input.limits.speed_mps_max.min(self.law.step_m / input.dt_s).min(speed_max);
                 speed * (leg.to - leg.from) / self.law.step_m
             }
@@ -292,10 +292,10 @@ impl LiquidOnline {
 
 impl Leg {
     /// At its end, or far enough along it, or pushed off it.
-    fn is_over(&self, position: Point2<f64>, kind: Kind, step_m: f64) -> bool {
+    fn is_over(&self, position: Point2<f64>, kind: BodyKind, step_m: f64) -> bool {
         let (along, driven) = ((self.to - self.from) / step_m, position - self.from);
         let off = match kind {
-            Kind::Unicycle => driven.norm() > 1.5 * step_m,
+            BodyKind::Unicycle => driven.norm() > 1.5 * step_m,
             _ => along.perp(&driven).abs().max(-along.dot(&driven)) > step_m / 4.0,
         };
         along.dot(&driven) >= 0.75 * step_m || off

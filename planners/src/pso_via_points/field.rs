@@ -1,7 +1,7 @@
 //! The field and the raw path: section 2 of the paper, its force variants, and following them step by step.
 
-use crate::geometry::Capsule;
 use crate::planner::{Obstacle, nearest_by_id};
+use geometry::Capsule;
 use nalgebra::{Point2, Vector2};
 
 /// Surfaces count as at least this far away, so that forces stay finite, m.

@@ -1,6 +1,6 @@
 //! Following a path: a point a little further along it than the robot, in constant time per tick.
 
-use crate::geometry::Capsule;
+use geometry::Capsule;
 use nalgebra::Point2;
 
 /// How far ahead along the path the nearest point is looked for, m: a robot that was pushed finds on, and a path that

@@ -64,15 +64,17 @@ mod watch;
 
 pub use params::Params;
 
-use crate::arm::{ArmState, Room};
 use crate::decentralized_apf::{self, DecentralizedApf};
-use crate::drive::{Drive, Kind, steer_to_goal};
-use crate::params::{ParamError, ParamValues};
-use crate::planner::{Plan, PlanInput, PlanState, Planner, nearest_by_id};
-use crate::random::Stream;
+use crate::params::ParamError;
+use crate::planner::{Plan, PlanInput, Planner, nearest_by_id};
 use crate::registry::{Identity, Method, Symmetry, any_speed};
+use crate::steering::steer_to_goal;
 use field::{Bodies, Variant};
 use follow::Follower;
+use geometry::ArmState;
+use geometry::arm::Room;
+use model::random::Stream;
+use model::{BodyKind, Drive, ParamValues, PlanState};
 use nalgebra::{Point2, Vector2};
 use planning::{Planning, Query};
 use terrain::{Plane, Sheet, Terrain};
@@ -85,7 +87,7 @@ pub static METHOD: Method = Method {
     source: "Raheem and Badr 2017, Al-Yarmouk journal",
     // The box and the bias have fixed directions.
     symmetry: Symmetry { rotation: false, translation: true, reflection: false, neighbor_order: true },
-    kinds: Kind::ALL,
+    kinds: BodyKind::ALL,
     params: Params::specs,
     speed_mps: any_speed,
     build,
@@ -111,7 +113,7 @@ pub struct PsoViaPoints {
     watch: Watch,
     /// What is being planned for.
     asked: Option<Asked>,
-    /// Kind that memory was taken for.
+    /// BodyKind that memory was taken for.
     prepared: Option<bool>,
 }
 
@@ -158,13 +160,13 @@ impl PsoViaPoints {
         self.planning.busy()
     }
 
-    fn params(&self, kind: Kind) -> &Params {
-        if kind == Kind::TwoLinkArm { &self.as_arm } else { &self.in_plane }
+    fn params(&self, kind: BodyKind) -> &Params {
+        if kind == BodyKind::TwoLinkArm { &self.as_arm } else { &self.in_plane }
     }
 
     /// Memory for all that comes, taken once.
     fn prepare(&mut self, input: &PlanInput<'_>) {
-        let is_arm = input.kind == Kind::TwoLinkArm;
+        let is_arm = input.kind == BodyKind::TwoLinkArm;
         if self.prepared == Some(is_arm) {
             return;
         }
@@ -189,7 +191,7 @@ impl PsoViaPoints {
     /// Goes on with the plan, and changes to its path when that is better than the present one.
     fn work(&mut self, input: &PlanInput<'_>) {
         let Some(asked) = self.asked else { return };
-        let params = if input.kind == Kind::TwoLinkArm { &self.as_arm } else { &self.in_plane };
+        let params = if input.kind == BodyKind::TwoLinkArm { &self.as_arm } else { &self.in_plane };
         let (recipe, mut budget) = (params.recipe(RAW_TOLERANCE_M), i64::from(params.evaluations));
         let query = query(&asked, &self.watch, input);
         self.planning.advance(&recipe, &query, &mut self.stream, &mut budget);
@@ -272,7 +274,7 @@ impl PsoViaPoints {
 
     /// From 0 at `margin` (or half the clearance that the goal itself has) to twice the speed limit in contact: a robot
     /// that was pushed aside keeps off the wall.
-    fn wall_push(&self, shape: &crate::geometry::Capsule, input: &PlanInput<'_>) -> Vector2<f64> {
+    fn wall_push(&self, shape: &geometry::Capsule, input: &PlanInput<'_>) -> Vector2<f64> {
         let goal_clearance = shape.distance(input.goal) - input.radius_m;
         let margin = self.in_plane.margin.min(0.5 * goal_clearance.max(0.0));
         let (distance, away) = field::surface(shape, input.position);
@@ -286,7 +288,7 @@ impl PsoViaPoints {
 
     /// Joint rates along the path, in the sheet it was planned in; a stop where the next pose is not free.
     fn joints(&mut self, input: &PlanInput<'_>) -> Drive {
-        let stop = Drive::stop(Kind::TwoLinkArm);
+        let stop = Drive::stop(BodyKind::TwoLinkArm);
         let (Some(arm), Some(Asked { arm: Some(asked), .. })) = (input.arm, self.asked) else { return stop };
         let reach_m = self.as_arm.look_ahead.min(input.limits.speed_mps_max * input.dt_s);
         let Some(ahead) = self.path.ahead(reach_m) else { return stop };
@@ -298,7 +300,7 @@ impl PsoViaPoints {
             return stop;
         };
         let pose = geometry.nearest_in_range(pose, arm.joints_rad[0]);
-        let drive = arm.within(arm.rates_to(pose, input.dt_s), &input.limits);
+        let drive = Drive::of_arm(&arm, arm.rates_to(pose, input.dt_s), &input.limits);
         let Drive::Joints { rate_radps } = drive else { return stop };
         let then = arm.moved(rate_radps, input.dt_s);
         let clearance = |joints| geometry.clearance(joints, watch::moving_bodies(input));
@@ -316,7 +318,7 @@ fn query<'a>(asked: &Asked, watch: &'a Watch, input: &PlanInput<'_>) -> Query<'a
 impl Planner for PsoViaPoints {
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
         let stay = Plan { stopped: true, ..Plan::only(Drive::stop(input.kind)) };
-        let is_arm = input.kind == Kind::TwoLinkArm;
+        let is_arm = input.kind == BodyKind::TwoLinkArm;
         if input.arrived || (is_arm && input.arm.is_none()) {
             return stay;
         }
@@ -348,8 +350,8 @@ impl Planner for PsoViaPoints {
         let (attractive, repulsive) = (self.alone(input), self.pushes(input));
         let velocity = (attractive + repulsive).cap_magnitude(input.limits.speed_mps_max);
         let drive = match input.kind {
-            Kind::Unicycle => steer_to_goal(velocity, self.in_plane.heading_gain, input),
-            Kind::Point | Kind::TwoLinkArm => Drive::Velocity(velocity),
+            BodyKind::Unicycle => steer_to_goal(velocity, self.in_plane.heading_gain, input),
+            BodyKind::Point | BodyKind::TwoLinkArm => Drive::Velocity(velocity),
         };
         Plan { attractive, repulsive, state, ..Plan::only(drive) }
     }

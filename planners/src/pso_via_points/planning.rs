@@ -4,11 +4,11 @@
 use super::field::{Bodies, Field, RawPath, Variant, Walk};
 use super::swarm::{Settings, Swarm};
 use super::terrain::{POSE_COST, Plane, Sheet, Terrain};
-use crate::arm::{ArmGeometry, ArmState, Found, FreeSpace, GridSearch, Room, Through};
-use crate::geometry::Capsule;
 use crate::planner::Obstacle;
-use crate::random::Stream;
-use crate::spline::length;
+use geometry::arm::{Found, FreeSpace, GridSearch, Room, Through};
+use geometry::spline::length;
+use geometry::{ArmGeometry, ArmState, Capsule};
+use model::random::Stream;
 use nalgebra::Point2;
 
 /// Points of the straight base line that is taken when no force variant arrives.

@@ -2,8 +2,8 @@
 //! terrain charges for coming too near. Runs in pieces of one particle.
 
 use super::terrain::Terrain;
-use crate::random::Stream;
-use crate::spline::{Spline, length};
+use geometry::spline::{Spline, length};
+use model::random::Stream;
 use nalgebra::{Point2, Vector2};
 
 /// Velocities start at up to this part of their limit.

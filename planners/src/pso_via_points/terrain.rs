@@ -1,9 +1,9 @@
 //! What a path must keep clear of: obstacles in the plane, or what an arm in one sheet cannot do.
 
 use super::swarm::bounds;
-use crate::arm::{ArmGeometry, Elbow, Room};
-use crate::geometry::{Capsule, segment_distance};
 use crate::planner::Obstacle;
+use geometry::arm::Room;
+use geometry::{ArmGeometry, Capsule, Elbow, segment_distance};
 use nalgebra::Point2;
 
 /// The part of the margin that the check after the swarm asks for: the penalty holds a path at its margin only nearly,

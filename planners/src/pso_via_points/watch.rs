@@ -2,8 +2,8 @@
 
 use super::follow::Follower;
 use super::terrain::Plane;
-use crate::geometry::Capsule;
 use crate::planner::{Neighbor, Obstacle, PlanInput};
+use geometry::Capsule;
 use nalgebra::{Point2, Vector2};
 
 /// What moves slower than this stands still, m/s.
@@ -220,9 +220,8 @@ fn contains(sorted: &[Obstacle], piece: &Obstacle) -> bool {
 
 /// Whether a shape comes nearer than `reach_m` to what is left of the path.
 fn in_the_way(shape: Capsule, path: &Follower, reach_m: f64) -> bool {
-    let near = |pair: &[Point2<f64>]| {
-        crate::geometry::segment_distance(pair[0], pair[1], shape.a, shape.b) - shape.radius < reach_m
-    };
+    let near =
+        |pair: &[Point2<f64>]| geometry::segment_distance(pair[0], pair[1], shape.a, shape.b) - shape.radius < reach_m;
     path.rest().windows(2).any(near)
 }
 

@@ -5,8 +5,10 @@ mod counting;
 
 use crate::inputs::{Scene, disc, every_method, robot};
 use counting::calls;
+use geometry::Capsule;
+use model::BodyKind;
 use nalgebra::{Point2, Vector2};
-use shoal_planners::{Capsule, Kind, Obstacle};
+use shoal_planners::Obstacle;
 
 #[test]
 fn planning_does_not_allocate() {
@@ -20,7 +22,7 @@ fn planning_does_not_allocate() {
     }));
     scene.neighbors = (1..50).map(|i| robot(i, [-1.0, f64::from(i)])).collect();
     for (method, mut planner) in every_method() {
-        for kind in [Kind::Point, Kind::Unicycle] {
+        for kind in [BodyKind::Point, BodyKind::Unicycle] {
             scene.kind = kind;
             // The first tick may set up what the method keeps.
             planner.plan(&scene.input(0, 0.05));

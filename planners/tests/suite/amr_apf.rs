@@ -1,13 +1,14 @@
 //! AMR-APF and DAPF: what the rows of `reproduce` do not say.
 
 use crate::inputs::{NOBODY, Scene, build, disc, robot};
-use shoal_planners::{Drive, Identity, Kind, ParamValue, ParamValues, Plan, Planner};
+use model::{BodyKind, Drive, ParamValue, ParamValues};
+use shoal_planners::{Identity, Plan, Planner};
 
 const DT_S: f64 = 0.1;
 
 /// A unicycle of the authors' size at the origin, facing +x.
 fn unicycle(goal: [f64; 2]) -> Scene {
-    let mut scene = Scene { kind: Kind::Unicycle, radius_m: 0.22, ..Scene::new([0.0, 0.0], goal) };
+    let mut scene = Scene { kind: BodyKind::Unicycle, radius_m: 0.22, ..Scene::new([0.0, 0.0], goal) };
     scene.limits.speed_mps_max = 0.2;
     scene.limits.turn_radps_max = 1.0;
     scene
@@ -119,7 +120,7 @@ fn the_baseline_can_yield() {
         let mut planner = build("dapf", params, Identity { robot: slot, ..NOBODY });
         let plan = planner.plan(&scene.input(0, DT_S));
         assert_eq!(plan.stopped, waits, "{remaining_m} m, slot {slot}, {params}");
-        assert_eq!(waits, plan.drive == Drive::stop(Kind::Unicycle));
+        assert_eq!(waits, plan.drive == Drive::stop(BodyKind::Unicycle));
     }
 }
 
@@ -140,7 +141,7 @@ fn an_arrived_robot_stays() {
     let mut scene = unicycle([0.0, 0.0]);
     (scene.arrived, scene.neighbors) = (true, vec![robot(1, [0.3, 0.0])]);
     for method in ["amr-apf", "dapf"] {
-        for kind in [Kind::Point, Kind::Unicycle] {
+        for kind in [BodyKind::Point, BodyKind::Unicycle] {
             scene.kind = kind;
             assert_eq!(plan(method, "", &scene), Plan { stopped: true, ..Plan::only(Drive::stop(kind)) });
         }

@@ -1,10 +1,11 @@
 //! The two-link arm: kinematics, limits, free space, and what methods do that do not know arms.
 
 use crate::inputs::{LIMITS, Scene, every_method};
+use geometry::arm::{Found, FreeSpace, GridSearch, Room, Through, shortest_grid_path};
+use geometry::{ArmGeometry, ArmState, Capsule, Elbow};
+use model::random::Stream;
+use model::{BodyKind, Drive};
 use nalgebra::{Point2, Vector2};
-use shoal_planners::arm::{Found, FreeSpace, GridSearch, Room, Through, shortest_grid_path};
-use shoal_planners::random::Stream;
-use shoal_planners::{ArmGeometry, ArmState, Capsule, Drive, Elbow, Kind};
 use std::f64::consts::{PI, TAU};
 
 fn geometry(base: [f64; 2], links_m: [f64; 2], low: [f64; 2], high: [f64; 2]) -> ArmGeometry {
@@ -100,7 +101,9 @@ fn rates_move_the_tip_and_keep_the_limits() {
     let velocity = (moved.tip() - arm.tip()) / 1e-6;
     assert!((velocity - arm.tip_velocity(rates)).norm() < 1e-4);
     // The tip's limit: both joints slow down alike.
-    let Drive::Joints { rate_radps } = arm.within(rates.map(|rate| 3.0 * rate), &LIMITS) else { panic!("joints") };
+    let Drive::Joints { rate_radps } = Drive::of_arm(&arm, rates.map(|rate| 3.0 * rate), &LIMITS) else {
+        panic!("joints")
+    };
     assert!((arm.tip_velocity(rate_radps).norm() - LIMITS.speed_mps_max).abs() < 1e-9);
     assert!((rate_radps[0] * rates[1] - rate_radps[1] * rates[0]).abs() < 1e-12);
     // The joints' limit.
@@ -166,19 +169,19 @@ fn grids_are_bounded() {
 #[test]
 fn methods_that_do_not_know_arms_stop_them() {
     let mut scene = Scene::new([6.0, 0.5], [-3.5, 5.0]);
-    scene.kind = Kind::TwoLinkArm;
+    scene.kind = BodyKind::TwoLinkArm;
     let geometry = papers();
     let joints_rad = geometry.inverse(scene.position, Elbow::Up).expect("in reach");
     for (method, mut planner) in every_method() {
         let mut input = scene.input(0, 0.05);
         // Without its arm no method can move it.
-        assert_eq!(planner.plan(&input).drive, Drive::stop(Kind::TwoLinkArm), "{}", method.name);
+        assert_eq!(planner.plan(&input).drive, Drive::stop(BodyKind::TwoLinkArm), "{}", method.name);
         input.arm = Some(ArmState { geometry, joints_rad });
         let drive = planner.plan(&input).drive;
         if method.name != "pso-via-points" {
-            assert_eq!(drive, Drive::stop(Kind::TwoLinkArm), "{}", method.name);
+            assert_eq!(drive, Drive::stop(BodyKind::TwoLinkArm), "{}", method.name);
         }
     }
-    assert_eq!(Drive::stop(Kind::TwoLinkArm), Drive::Joints { rate_radps: [0.0; 2] });
+    assert_eq!(Drive::stop(BodyKind::TwoLinkArm), Drive::Joints { rate_radps: [0.0; 2] });
     assert_eq!(Vector2::<f64>::zeros(), ArmState { geometry, joints_rad }.tip_velocity([0.0; 2]));
 }

@@ -1,16 +1,17 @@
 //! Unicycles that turn slowly, reverse, or steer like cars, driven by every method.
 
 use crate::inputs::{LIMITS, Scene, every_method};
+use geometry::wrap;
+use model::{BodyKind, Drive, Limits};
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
-use shoal_planners::drive::wrap;
-use shoal_planners::{Chassis, Drive, Kind, Limits, Planner};
+use shoal_planners::{Chassis, Planner};
 
 const DT_S: f64 = 0.02;
 
 /// A unicycle at the origin that looks along +x.
 fn unicycle(goal: [f64; 2], limits: Limits) -> Scene {
-    Scene { kind: Kind::Unicycle, limits, ..Scene::new([0.0, 0.0], goal) }
+    Scene { kind: BodyKind::Unicycle, limits, ..Scene::new([0.0, 0.0], goal) }
 }
 
 /// What the body does: where it is at every tick until it is at its goal (with its heading, if it is to have one), or the
@@ -111,7 +112,7 @@ proptest! {
         scene in crate::properties::scene(4.0, 4), radius_m in prop_oneof![Just(0.0), 0.1..5.0f64],
         goal_yaw_rad in proptest::option::of(-4.0..4.0f64)
     ) {
-        let mut scene = Scene { kind: Kind::Unicycle, ..scene };
+        let mut scene = Scene { kind: BodyKind::Unicycle, ..scene };
         scene.limits.turning_radius_m_min = radius_m;
         for (method, mut planner) in every_method() {
             let mut chassis = Chassis::default();

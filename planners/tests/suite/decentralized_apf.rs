@@ -2,9 +2,11 @@
 //! `reproduce`.
 
 use crate::inputs::{NOBODY, Scene, build, disc, robot};
+use geometry::Capsule;
+use model::{BodyKind, Drive};
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
-use shoal_planners::{Capsule, Drive, Identity, Kind, Neighbor, Obstacle, Plan};
+use shoal_planners::{Identity, Neighbor, Obstacle, Plan};
 
 const LITERAL: &str = "eta = 1.0\nbracket_power = 2\ndistance = \"centre\"\nattract_cap = 0.0\n";
 
@@ -28,7 +30,7 @@ fn assert_printed(found: Vector2<f64>, printed: [f64; 2]) {
 #[test]
 fn a_unicycle_turns_towards_the_resultant() {
     let mut scene = Scene::new([0.0, 0.0], [5.0, 0.0]);
-    scene.kind = Kind::Unicycle;
+    scene.kind = BodyKind::Unicycle;
     // Facing away from the resultant by this angle: turn rate 3 a within 3 rad/s, speed max(0, cos a).
     for (yaw_rad, turn, speed) in [(0.0, 0.0, 1.0), (0.5, -1.5, 0.5f64.cos()), (-2.0, 3.0, 0.0), (2.0, -3.0, 0.0)] {
         scene.yaw_rad = yaw_rad;

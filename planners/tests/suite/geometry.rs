@@ -1,8 +1,8 @@
 //! Plane geometry against brute force.
 
+use geometry::{Capsule, Polygon, segment_distance, segments_cross, swept_distance};
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
-use shoal_planners::geometry::{Capsule, Polygon, segment_distance, segments_cross, swept_distance};
 use shoal_planners::{Obstacle, nearest_by_id};
 
 fn point() -> impl Strategy<Value = Point2<f64>> {

@@ -1,9 +1,9 @@
 //! Inputs for a planner: an owned scene, and short ways to write its parts.
 
+use geometry::Capsule;
+use model::{BodyKind, Limits, ParamValue, ParamValues};
 use nalgebra::{Point2, Vector2};
-use shoal_planners::{
-    Capsule, Identity, Kind, Limits, METHODS, Method, Neighbor, Obstacle, ParamValue, ParamValues, PlanInput, Planner,
-};
+use shoal_planners::{Identity, METHODS, Method, Neighbor, Obstacle, PlanInput, Planner};
 
 /// A robot and all it knows; what [`PlanInput`] borrows.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub(crate) struct Scene {
     pub(crate) yaw_rad: f64,
     pub(crate) velocity: Vector2<f64>,
     pub(crate) radius_m: f64,
-    pub(crate) kind: Kind,
+    pub(crate) kind: BodyKind,
     pub(crate) limits: Limits,
     pub(crate) goal: Point2<f64>,
     pub(crate) arrived: bool,
@@ -39,7 +39,7 @@ impl Scene {
             yaw_rad: 0.0,
             velocity: Vector2::zeros(),
             radius_m: 0.2,
-            kind: Kind::Point,
+            kind: BodyKind::Point,
             limits: LIMITS,
             goal: goal.into(),
             arrived: false,

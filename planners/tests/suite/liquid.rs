@@ -2,10 +2,12 @@
 //! The paper's environments and counts are in `reproduce`.
 
 use crate::inputs::{LIMITS, NOBODY, Scene, build, disc, robot};
+use geometry::Capsule;
+use model::{BodyKind, Drive, Limits};
 use nalgebra::{Point2, Vector2};
 use shoal_planners::liquid::known::Known;
 use shoal_planners::liquid::{Budget, Field, Law, Liquid, LiquidOnline, Progress, Search, offline, online};
-use shoal_planners::{Capsule, Drive, Identity, Kind, Limits, Obstacle, Planner};
+use shoal_planners::{Identity, Obstacle, Planner};
 
 const DT_S: f64 = 0.05;
 
@@ -111,11 +113,11 @@ fn a_tick_thinks_no_more_than_its_slice_and_stands_still() {
         rounds += spent;
         assert!(spent <= 7);
         if liquid.search().progress() == Progress::Found {
-            assert!(tick > 5 && !plan.stopped && plan.drive != Drive::stop(Kind::Point));
+            assert!(tick > 5 && !plan.stopped && plan.drive != Drive::stop(BodyKind::Point));
             assert!(!liquid.search().virtual_obstacles().is_empty());
             return;
         }
-        assert!(spent == 7 && plan.stopped && plan.drive == Drive::stop(Kind::Point), "{plan:?}");
+        assert!(spent == 7 && plan.stopped && plan.drive == Drive::stop(BodyKind::Point), "{plan:?}");
     }
     panic!("never found a way out of the cup");
 }
@@ -228,7 +230,7 @@ fn bodies_get_out_of_a_cup_without_contact() {
     with_wall.push(disc(1, [0.0, 2.5], 0.3));
     for (name, obstacles) in [("cup", cup()), ("wall", with_wall)] {
         for method in ["liquid", "liquid-online"] {
-            for kind in [Kind::Point, Kind::Unicycle] {
+            for kind in [BodyKind::Point, BodyKind::Unicycle] {
                 for limits in [quick, lazy] {
                     let mut scene = Scene::new([0.0, 0.03], [5.0, 0.0]);
                     (scene.kind, scene.limits) = (kind, limits);
@@ -305,7 +307,7 @@ fn it_gives_up_and_begins_again_with_a_new_goal() {
     // On a disc: every direction is infinite, so every round is a minimum.
     scene.obstacles = vec![disc(0, [0.0, 0.0], 1.0)];
     for tick in 0..10 {
-        assert_eq!(liquid.plan(&scene.input(tick, DT_S)).drive, Drive::stop(Kind::Point));
+        assert_eq!(liquid.plan(&scene.input(tick, DT_S)).drive, Drive::stop(BodyKind::Point));
         assert_eq!(liquid.gave_up(), tick >= 3);
     }
     assert_eq!(liquid.rounds(), 4);
@@ -354,7 +356,7 @@ fn arrived_means_stay() {
     scene.arrived = true;
     scene.neighbors = vec![robot(1, [0.5, 0.0])];
     for method in ["liquid", "liquid-online"] {
-        for kind in [Kind::Point, Kind::Unicycle] {
+        for kind in [BodyKind::Point, BodyKind::Unicycle] {
             scene.kind = kind;
             let plan = build(method, "", NOBODY).plan(&scene.input(0, DT_S));
             assert!(plan.stopped && plan.drive == Drive::stop(kind), "{method}");
@@ -375,7 +377,7 @@ fn khatib_of_second_order() {
     let expected: Vector2<f64> = Vector2::new(0.1, -0.2) + 0.01 * Vector2::new(3.0 - 0.9375 - 0.2, 4.0 + 0.4);
     assert!((velocity - expected).norm() < 1e-12, "{velocity:?} {expected:?}");
     // A unicycle's mass is imagined: it goes on from tick to tick.
-    scene.kind = Kind::Unicycle;
+    scene.kind = BodyKind::Unicycle;
     scene.velocity = Vector2::zeros();
     let mut planner = build("apf", params, NOBODY);
     let speeds: [f64; 3] = [0, 1, 2].map(|tick| match planner.plan(&scene.input(tick, 0.05)).drive {

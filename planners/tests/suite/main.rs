@@ -13,6 +13,5 @@ mod methods;
 mod params;
 mod properties;
 mod pso_via_points;
-mod random;
 mod rpoa;
 mod spline;

@@ -1,9 +1,11 @@
 //! The registry, the null method and Khatib's field, by example; how a velocity becomes a twist.
 
 use crate::inputs::{LIMITS, NOBODY, Scene, build, disc, robot};
+use geometry::wrap;
+use model::{BodyKind, Drive};
 use nalgebra::Vector2;
-use shoal_planners::drive::{steer, wrap};
-use shoal_planners::{Drive, Kind, METHODS, find};
+use shoal_planners::steering::steer;
+use shoal_planners::{METHODS, find};
 use std::f64::consts::PI;
 
 #[test]
@@ -31,8 +33,8 @@ fn straight_goes_straight_and_stops_on_the_goal() {
     scene.goal = [3.0, 4.0].into();
     scene.arrived = true;
     assert_eq!(drive(&scene), Drive::Velocity(Vector2::zeros()));
-    scene.kind = Kind::Unicycle;
-    assert_eq!(drive(&scene), Drive::stop(Kind::Unicycle));
+    scene.kind = BodyKind::Unicycle;
+    assert_eq!(drive(&scene), Drive::stop(BodyKind::Unicycle));
     scene.arrived = false;
     scene.goal = [3.0, 0.0].into();
     assert_eq!(drive(&scene), Drive::Twist { speed_mps: 1.0, turn_radps: 0.0 });

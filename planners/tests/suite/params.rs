@@ -1,9 +1,10 @@
 //! Parameters: the table, typed values, and what is said about values that do not fit.
 
 use crate::inputs::{NOBODY, values};
+use model::{ParamValue, ParamValues};
 use shoal_planners::decentralized_apf::{Distance, Params};
 use shoal_planners::params::nearest;
-use shoal_planners::{METHODS, ParamError, ParamField, ParamKind, ParamValue, ParamValues, find};
+use shoal_planners::{METHODS, ParamError, ParamField, ParamKind, find};
 
 shoal_planners::choice! {
     enum Side { Left = "left", Right = "right", }

@@ -1,13 +1,12 @@
 //! What holds for every method of the registry, whatever it is given. A method that is added is held to it too.
 
 use crate::inputs::{Scene, every_method};
+use geometry::Capsule;
+use model::{BodyKind, Drive, Limits, ParamValue, ParamValues};
 use nalgebra::{Point2, Rotation2, Vector2};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use shoal_planners::{
-    Capsule, Drive, Identity, Kind, Limits, METHODS, Neighbor, Obstacle, ParamKind, ParamValue, ParamValues, Plan,
-    Planner,
-};
+use shoal_planners::{Identity, METHODS, Neighbor, Obstacle, ParamKind, Plan, Planner};
 
 /// Fixed seed: a failure is the same for everybody. The failing input is printed in full and becomes a named row.
 pub(crate) fn config() -> ProptestConfig {
@@ -74,7 +73,7 @@ pub(crate) fn scene(size: f64, others: usize) -> impl Strategy<Value = Scene> {
             yaw_rad,
             velocity,
             radius_m,
-            kind: if is_point { Kind::Point } else { Kind::Unicycle },
+            kind: if is_point { BodyKind::Point } else { BodyKind::Unicycle },
             limits: Limits { speed_mps_max, reverse_mps_max, turn_radps_max, ..crate::inputs::LIMITS },
             goal,
             arrived,
@@ -110,12 +109,14 @@ pub(crate) fn check_sane(name: &str, scene: &Scene, plan: &Plan) -> Result<(), T
     let limits = &scene.limits;
     let rounding = 1.0 + 1e-12;
     match (scene.kind, plan.drive.within(limits)) {
-        (Kind::Point, Drive::Velocity(v)) => prop_assert!(v.norm() <= limits.speed_mps_max * rounding, "{name}: {v:?}"),
-        (Kind::Unicycle, Drive::Twist { speed_mps, turn_radps }) => {
+        (BodyKind::Point, Drive::Velocity(v)) => {
+            prop_assert!(v.norm() <= limits.speed_mps_max * rounding, "{name}: {v:?}");
+        }
+        (BodyKind::Unicycle, Drive::Twist { speed_mps, turn_radps }) => {
             prop_assert!(speed_mps <= limits.speed_mps_max && speed_mps >= -limits.reverse_mps_max, "{name}");
             prop_assert!(turn_radps.abs() <= limits.turn_radps_max, "{name}: {turn_radps}");
         }
-        (Kind::TwoLinkArm, Drive::Joints { rate_radps }) => {
+        (BodyKind::TwoLinkArm, Drive::Joints { rate_radps }) => {
             let fastest = rate_radps.iter().fold(0.0, |fastest: f64, rate| fastest.max(rate.abs()));
             prop_assert!(fastest <= limits.turn_radps_max * rounding, "{name}: {rate_radps:?}");
         }
@@ -307,7 +308,7 @@ fn degenerate_scenes() {
     let remote = |scene: &Scene| mapped(scene, |p| p + Vector2::new(-1e6, 1e6), |v| v, |yaw| yaw);
     rows.extend(rows.iter().map(remote).collect::<Vec<_>>());
     for (mut scene, kind) in
-        rows.iter().cloned().flat_map(|scene| [(scene.clone(), Kind::Point), (scene, Kind::Unicycle)])
+        rows.iter().cloned().flat_map(|scene| [(scene.clone(), BodyKind::Point), (scene, BodyKind::Unicycle)])
     {
         scene.kind = kind;
         for (name, mut planner) in every_variant() {
@@ -321,8 +322,8 @@ fn degenerate_scenes() {
 /// More robots than any list of a method holds: which of them count must not hang on the order in which they are heard.
 #[test]
 fn the_order_of_a_thousand_neighbors_does_not_matter() {
-    let mut stream = shoal_planners::random::Stream::new(1, 0, 0, "crowd");
-    for kind in Kind::MOBILE {
+    let mut stream = model::random::Stream::new(1, 0, 0, "crowd");
+    for kind in BodyKind::MOBILE {
         let mut crowd = Scene { kind: *kind, ..Scene::new([0.0, 0.0], [9.0, 4.0]) };
         crowd.neighbors = (1..=4000)
             .map(|id| crate::inputs::robot(id, [stream.between(-9.0, 9.0), stream.between(-9.0, 9.0)]))

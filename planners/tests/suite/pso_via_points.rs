@@ -1,13 +1,15 @@
 //! Via points by swarm: plans in pieces, and what a robot does around its plan.
 
 use crate::inputs::{LIMITS, NOBODY, Scene, disc, robot};
+use geometry::spline::length;
+use geometry::{ArmState, Capsule, Elbow};
+use model::random::Stream;
+use model::{BodyKind, Drive};
 use nalgebra::{Point2, Vector2};
 use shoal_planners::pso_via_points::field::Variant;
 use shoal_planners::pso_via_points::planning::{Origin, Planning, Query};
 use shoal_planners::pso_via_points::{Params, PsoViaPoints};
-use shoal_planners::random::Stream;
-use shoal_planners::spline::length;
-use shoal_planners::{ArmState, Capsule, Drive, Elbow, Kind, Obstacle, Plan, PlanInput, Planner};
+use shoal_planners::{Obstacle, Plan, PlanInput, Planner};
 
 const DT_S: f64 = 0.05;
 
@@ -168,7 +170,7 @@ fn an_arrived_robot_stays() {
     let mut scene = Scene::new([0.0, 0.0], [4.0, 0.0]);
     scene.arrived = true;
     scene.neighbors = vec![robot(1, [0.3, 0.0])];
-    for kind in [Kind::Point, Kind::Unicycle, Kind::TwoLinkArm] {
+    for kind in [BodyKind::Point, BodyKind::Unicycle, BodyKind::TwoLinkArm] {
         scene.kind = kind;
         let plan = planner().plan(&scene.input(0, DT_S));
         assert!(plan.stopped && plan.drive == Drive::stop(kind));
@@ -194,7 +196,7 @@ fn ends_that_are_too_near_are_no_reason_to_stand() {
 
 fn arm_scene(elbow: Elbow, discs: &[[f64; 3]]) -> (Scene, ArmState) {
     let mut scene = Scene::new([6.0, 0.5], [-3.5, 5.0]);
-    scene.kind = Kind::TwoLinkArm;
+    scene.kind = BodyKind::TwoLinkArm;
     scene.radius_m = 0.0;
     scene.obstacles = (0..).zip(discs).map(|(id, [x, y, radius])| disc(id, [*x, *y], *radius)).collect();
     let geometry = crate::arm::papers();

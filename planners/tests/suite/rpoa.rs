@@ -1,10 +1,12 @@
 //! Random particle optimisation: what its worked examples, which are rows of `reproduce`, do not say.
 
 use crate::inputs::{NOBODY, Scene, build, disc, robot};
+use geometry::Capsule;
+use model::{BodyKind, Drive};
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
 use shoal_planners::rpoa::{Angles, Params, Rpoa, Rule, Step};
-use shoal_planners::{Capsule, Drive, Identity, Kind, Neighbor, Obstacle, Plan, Planner};
+use shoal_planners::{Identity, Neighbor, Obstacle, Plan, Planner};
 
 const DT_S: f64 = 0.05;
 
@@ -41,7 +43,7 @@ fn it_can_stand_on_its_target() {
     assert_eq!(step(equal(), &there).offset, Vector2::zeros());
     there.goal = [1.3, 2.0].into();
     there.arrived = true;
-    for kind in [Kind::Point, Kind::Unicycle] {
+    for kind in [BodyKind::Point, BodyKind::Unicycle] {
         there.kind = kind;
         let plan = build("rpoa", "", NOBODY).plan(&there.input(0, DT_S));
         assert_eq!(plan, Plan { stopped: true, ..Plan::only(Drive::stop(kind)) });
@@ -178,7 +180,7 @@ proptest! {
     ) {
         let mut scene = Scene::new([0.0, 0.0], [9.0, 1.0]);
         scene.yaw_rad = yaw_rad;
-        scene.kind = if unicycle { Kind::Unicycle } else { Kind::Point };
+        scene.kind = if unicycle { BodyKind::Unicycle } else { BodyKind::Point };
         scene.obstacles = discs.iter().zip(0..).map(|((x, y, radius), id)| disc(id, [*x, *y], *radius)).collect();
         let clearance = |position: Point2<f64>| {
             let distances = scene.obstacles.iter().map(|obstacle| obstacle.shape.distance(position) - scene.radius_m);

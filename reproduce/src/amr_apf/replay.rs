@@ -2,11 +2,13 @@
 //! and moving.
 
 use super::layouts::{Layout, radii_m};
+use geometry::Capsule;
+use model::random::Stream;
+use model::{BodyKind, Drive, Limits};
 use nalgebra::{Point2, Vector2};
 use planners::amr_apf::{self, AmrApf};
 use planners::dapf::{self, Dapf};
-use planners::random::Stream;
-use planners::{Capsule, Drive, Identity, Kind, Limits, Neighbor, Obstacle, PlanInput, Planner};
+use planners::{Identity, Neighbor, Obstacle, PlanInput, Planner};
 
 /// Limits of the authors' robots.
 const LIMITS: Limits = Limits {
@@ -348,7 +350,7 @@ impl<'a> Run<'a> {
             yaw_rad: robot.yaw_rad,
             velocity: Vector2::zeros(),
             radius_m,
-            kind: Kind::Unicycle,
+            kind: BodyKind::Unicycle,
             limits: LIMITS,
             goal: robot.goal,
             goal_tolerance_m: self.program.tolerance_m,

@@ -1,10 +1,12 @@
 //! Runs of the methods, as a robot's process runs them, with the paper's own update order.
 
 use crate::environment::{Environment, number, values};
+use geometry::Capsule;
+use model::{BodyKind, Drive, Limits, ParamValue, ParamValues};
 use nalgebra::{Point2, Vector2};
 use planners::liquid::field::clearance;
 use planners::liquid::{Law, Liquid, LiquidOnline, Progress, offline, online};
-use planners::{Capsule, Drive, Identity, Kind, Limits, Obstacle, ParamValue, ParamValues, PlanInput, Planner};
+use planners::{Identity, Obstacle, PlanInput, Planner};
 
 const NOBODY: Identity = Identity { seed: 1, robot: 0, incarnation: 0 };
 /// Points reported along a step, for clearances.
@@ -179,7 +181,7 @@ fn input<'a>(
         yaw_rad: 0.0,
         velocity,
         radius_m: robot.radius,
-        kind: Kind::Point,
+        kind: BodyKind::Point,
         limits: Limits {
             speed_mps_max,
             reverse_mps_max: 0.0,

@@ -5,13 +5,14 @@ use super::experiment::{Experiment, Optimised, reduction_percent};
 use crate::environment::environment;
 use crate::row::{Item, Rows};
 use crate::simulate::{disc_at, tidy};
+use geometry::Elbow;
+use geometry::arm::{Room, Through, shortest_grid_path};
+use geometry::spline::length;
+use model::random::Stream;
 use nalgebra::Point2;
 use planners::Obstacle;
-use planners::arm::{Elbow, Room, Through, shortest_grid_path};
 use planners::pso_via_points::field::{Bodies, RawPath, Variant, Walk, raw_path};
 use planners::pso_via_points::planning::{Origin, Planning, Query};
-use planners::random::Stream;
-use planners::spline::length;
 use std::ops::ControlFlow;
 
 /// Seeds of every claim about swarms.

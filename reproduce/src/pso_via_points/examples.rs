@@ -3,13 +3,13 @@
 use super::PRINTED;
 use crate::row::{Item, Rows};
 use crate::simulate::{disc_at, tidy};
+use geometry::spline::{Spline, length};
+use geometry::{ArmGeometry, Elbow};
 use nalgebra::{Point2, Vector2};
 use planners::Obstacle;
-use planners::arm::{ArmGeometry, Elbow};
 use planners::pso_via_points::Params;
 use planners::pso_via_points::field::{Bodies, Field, Variant};
 use planners::pso_via_points::swarm::velocity;
-use planners::spline::{Spline, length};
 
 /// Half of the fourth digit after the point.
 const PRINTED_4: f64 = 0.5e-4;

@@ -4,10 +4,11 @@ use super::experiment::{Experiment, Optimised, reduction_percent, seeds, variant
 use crate::environment::{Environment, Expect, number};
 use crate::row::{Item, Rows};
 use crate::simulate::tidy;
+use geometry::Elbow;
+use geometry::arm::{FreeSpace, Room, Through, shortest_grid_path};
+use geometry::spline::length;
 use nalgebra::Point2;
-use planners::arm::{Elbow, FreeSpace, Room, Through, shortest_grid_path};
 use planners::pso_via_points::field::{RawPath, Variant};
-use planners::spline::length;
 use toml::{Table, Value};
 
 /// One step of the raw path, m.

@@ -1,16 +1,17 @@
 //! One environment of the paper, and its runs: raw paths, swarms, the arm's free space.
 
 use crate::environment::{Environment, Expect, take};
+use geometry::arm::Room;
+use geometry::spline::length;
+use geometry::{ArmGeometry, ArmState, Capsule, Elbow};
+use model::random::Stream;
 use nalgebra::{Point2, Vector2};
-use planners::arm::{ArmGeometry, ArmState, Elbow, Room};
+use planners::Obstacle;
 use planners::pso_via_points::Params;
 use planners::pso_via_points::field::{Bodies, RawPath, Variant, raw_path};
 use planners::pso_via_points::planning::Recipe;
 use planners::pso_via_points::swarm::Swarm;
 use planners::pso_via_points::terrain::{Plane, Sheet, Terrain};
-use planners::random::Stream;
-use planners::spline::length;
-use planners::{Capsule, Obstacle};
 
 /// An environment, ready to run.
 #[derive(Debug)]

@@ -4,9 +4,10 @@ use super::experiment::Experiment;
 use crate::environment::{Environment, environment};
 use crate::row::{Item, Rows};
 use crate::simulate::{Outcome, Run, tidy};
+use geometry::{ArmState, Elbow};
+use model::{BodyKind, Drive, Limits, ParamValues};
 use nalgebra::Vector2;
-use planners::arm::{ArmState, Elbow};
-use planners::{Drive, Identity, Kind, Limits, ParamValues, PlanInput, find};
+use planners::{Identity, PlanInput, find};
 
 /// Length of a tick, s.
 const DT_S: f64 = 0.05;
@@ -21,7 +22,7 @@ const ARM_LIMITS: Limits = Limits {
 };
 
 /// A robot of an environment that plans with this method and its default parameters, at 1 m/s.
-pub fn run(environment: &Environment, kind: Kind) -> Outcome {
+pub fn run(environment: &Environment, kind: BodyKind) -> Outcome {
     let run = Run {
         environment,
         method: "pso-via-points",
@@ -97,7 +98,7 @@ fn input<'a>(experiment: &'a Experiment, arm: &ArmState, velocity: Vector2<f64>,
         yaw_rad: arm.joints_rad[0] + arm.joints_rad[1],
         velocity,
         radius_m: 0.0,
-        kind: Kind::TwoLinkArm,
+        kind: BodyKind::TwoLinkArm,
         limits: ARM_LIMITS,
         goal: experiment.goal,
         goal_tolerance_m: 0.1,
@@ -114,7 +115,7 @@ fn input<'a>(experiment: &'a Experiment, arm: &ArmState, velocity: Vector2<f64>,
 pub(super) fn rows(rows: &mut Rows<'_>) {
     let note = "not in the specification: our planner as a robot runs it, 1 m/s, ticks of 0.05 s, plan in pieces";
     for (name, oracle) in [("pso_mass_point_1", 11.087), ("pso_mass_point_2", 11.401)] {
-        for kind in [Kind::Point, Kind::Unicycle] {
+        for kind in [BodyKind::Point, BodyKind::Unicycle] {
             let outcome = run(environment(name), kind);
             let item = |what: &str| Item::new(format!("{name} as a robot, {kind:?}: {what}")).note(note);
             rows.exact(item("arrives"), true, outcome.arrives());

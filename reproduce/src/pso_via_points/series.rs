@@ -4,10 +4,10 @@ use super::experiment::{Experiment, reduction_percent};
 use super::fleet;
 use crate::environment::environment;
 use crate::row::{Form, Series};
+use geometry::Elbow;
+use geometry::spline::length;
 use nalgebra::Point2;
-use planners::arm::Elbow;
 use planners::pso_via_points::field::Variant;
-use planners::spline::length;
 
 fn points(path: &[Point2<f64>]) -> Vec<[f64; 2]> {
     path.iter().map(|p| [p.x, p.y]).collect()

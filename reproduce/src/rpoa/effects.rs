@@ -4,7 +4,7 @@ use super::{REGULAR, Seeds, at_degrees, count, extreme, field, rpoa, with};
 use crate::environment::{Environment, environment, environments_of};
 use crate::row::{Item, Rows};
 use crate::simulate::{Run, tidy};
-use planners::ParamValue;
+use model::ParamValue;
 use std::ops::RangeInclusive;
 
 /// Adds the rows of all effects.

@@ -4,10 +4,11 @@ use super::{PRINTED, Seeds, at_degrees};
 use crate::environment::environment;
 use crate::row::{Item, Rows};
 use crate::simulate::{at_origin, disc_at, tidy};
+use model::ParamValue;
+use model::random::Stream;
 use nalgebra::{Point2, Vector2};
-use planners::random::Stream;
 use planners::rpoa::{Angles, Params, Rpoa, Rule, Step, gaussian};
-use planners::{Identity, Obstacle, ParamValue, PlanInput, find};
+use planners::{Identity, Obstacle, PlanInput, find};
 
 /// RPOA with equal angles in the scene of the worked examples: robot at the origin, everything 1, C_t = 0.1 m.
 fn example(discs: &[Obstacle], goal: [f64; 2], params: Params) -> (Rpoa, PlanInput<'_>) {

@@ -5,8 +5,8 @@ use super::{field, rpoa, with};
 use crate::environment::{Environment, environments_of};
 use crate::row::{Form, Series};
 use crate::simulate::Outcome;
+use model::ParamValue;
 use nalgebra::Point2;
-use planners::ParamValue;
 
 pub(super) fn series() -> Vec<Series> {
     environments_of("rpoa_").flat_map(of).chain([particles()]).collect()

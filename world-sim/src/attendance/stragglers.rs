@@ -9,7 +9,7 @@
 //! Nothing is looked at before a tick has taken a tenth of a second, so the loop pays nothing for this.
 
 use bus::clock::Schedstat;
-use protocol::Seat;
+use model::Seat;
 use std::time::Duration;
 
 /// The world's longest sleep without a look at the orders and at the slots.

@@ -1,8 +1,8 @@
 //! Circles around the ends of obstacles, and the straight lines that touch two of them.
 
 use super::{TOUCH_M, Walls, direction};
+use geometry::Capsule;
 use nalgebra::{Point2, distance};
-use planners::Capsule;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Angles that are no further apart count as equal, rad.

@@ -1,7 +1,7 @@
 use super::*;
-use planners::Capsule;
+use geometry::Capsule;
+use model::{Obstacle, Shape};
 use proptest::prelude::*;
-use scenarios::{Obstacle, Shape};
 use std::f64::consts::PI;
 
 fn map(obstacles: &[Shape]) -> Map {
@@ -210,7 +210,7 @@ proptest! {
 /// What a way costs depends on what is in its way, not on what there is: looks at obstacles, a thousand of which are there.
 #[test]
 fn a_way_through_a_large_world_costs_little() {
-    let mut places = planners::random::Stream::new(1, 0, 0, "places");
+    let mut places = model::random::Stream::new(1, 0, 0, "places");
     let mut place = || Point2::new(200.0 * places.unit(), 200.0 * places.unit());
     let discs: Vec<Shape> = (0..1000).map(|_| place()).map(|p| disc(p.x, p.y, 0.3)).collect();
     let mut map = map(&discs);

@@ -5,10 +5,8 @@ use crate::presence::{Presence, State};
 use crate::progress::Scale;
 use crate::referee::Referee;
 use crate::shortest::Map;
+use model::{Outcome, PlanState, Robot, RobotOutcome, Stall};
 use nalgebra::Point2;
-use planners::PlanState;
-use protocol::world_to_daemon::{Outcome, RobotOutcome, Stall};
-use scenarios::Robot;
 
 impl World {
     /// The outcome so far; for the end of a run, since shortest paths are searched for here.

@@ -1,4 +1,4 @@
-//! What can be read of the world, between its changes.
+//! TimelineAction can be read of the world, between its changes.
 
 use super::World;
 use crate::arm;
@@ -6,13 +6,12 @@ use crate::grid::Grid;
 use crate::presence::{Presence, State};
 use crate::ranges::Ranges;
 use crate::referee::Referee;
-use planners::Capsule;
-use protocol::Seat;
+use geometry::Capsule;
+use model::{Robot, Seat, Stop, TimelineAction, TimelineEvent};
 use protocol::daemon_to_world::Order;
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
-use scenarios::{Event, Robot, Stop, What};
 
 /// Progress: at any time.
 impl World {
@@ -42,11 +41,11 @@ impl World {
             let arrived = referee.as_ref().is_none_or(|referee| referee.arrival.is_some());
             presence.state == State::Vacant || presence.gone().is_some() || arrived && presence.entry().is_none()
         };
-        let wakes = |event: &Event| match event.what {
-            What::Join { robot } | What::Leave { robot } | What::Task { robot, .. } => {
+        let wakes = |event: &TimelineEvent| match event.what {
+            TimelineAction::Join { robot } | TimelineAction::Leave { robot } | TimelineAction::Task { robot, .. } => {
                 self.presences[robot].gone().is_none()
             }
-            What::Kill { .. } | What::Pause { .. } | What::Radio { .. } => false,
+            TimelineAction::Kill { .. } | TimelineAction::Pause { .. } | TimelineAction::Radio { .. } => false,
         };
         self.presences.iter().zip(&self.referees).all(settled)
             && !self.events[self.next_event..].iter().any(wakes)
@@ -98,7 +97,7 @@ impl World {
         &self.participants
     }
 
-    /// What the robot is told of itself. The stamp is 0: whoever writes it knows the time.
+    /// TimelineAction the robot is told of itself. The stamp is 0: whoever writes it knows the time.
     pub fn odometry(&self, slot: usize) -> Odometry {
         let (body, referee) = (&self.bodies[slot], self.referees[slot].as_ref());
         let goal = referee.map_or(body.pose.position, Referee::goal);
@@ -193,7 +192,7 @@ impl World {
         }
     }
 
-    /// What comes before the bodies of a frame. The stamp is 0: whoever writes it knows the time.
+    /// TimelineAction comes before the bodies of a frame. The stamp is 0: whoever writes it knows the time.
     pub fn frame_header(&self) -> FrameHeader {
         FrameHeader {
             tick: self.tick,

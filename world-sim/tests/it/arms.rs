@@ -1,12 +1,11 @@
 //! Arms in the world: how they move, whom their links touch, and who sees them.
 
 use crate::driver::{Driver, HZ, at, robot, scenario, seat};
+use geometry::{ArmGeometry, Capsule, Polygon, segment_distance};
+use model::{ArmSetup, BodyKind, Drive, Motion, Obstacle, Robot, Scenario, Shape, TimelineAction};
 use nalgebra::{Point2, Vector2};
-use planners::geometry::{Polygon, segment_distance};
-use planners::{ArmGeometry, Capsule, Drive, Kind};
 use proptest::prelude::*;
 use protocol::world_to_observer::FrameBody;
-use scenarios::{ArmSetup, Motion, Obstacle, Robot, Scenario, Shape, What};
 use shoal_world_sim::World;
 use std::f64::consts::{PI, TAU};
 
@@ -21,7 +20,7 @@ fn arm(slot: usize, base: [f64; 2], joints_rad: [f64; 2]) -> Robot {
     };
     let setup = ArmSetup { geometry, start_joints_rad: joints_rad };
     let mut robot = robot(slot, setup.start().tip().into(), [99.0, 99.0]);
-    (robot.kind, robot.arm, robot.radius_m) = (Kind::TwoLinkArm, Some(setup), 0.1);
+    (robot.kind, robot.arm, robot.radius_m) = (BodyKind::TwoLinkArm, Some(setup), 0.1);
     robot.limits.speed_mps_max = 100.0;
     robot.start_yaw_rad = joints_rad[0] + joints_rad[1];
     robot
@@ -174,7 +173,7 @@ fn an_arm_that_enters_may_stand_in_others() {
             motion: None,
         },
     ];
-    scenario.events = vec![at(4, What::Join { robot: 1 })];
+    scenario.events = vec![at(4, TimelineAction::Join { robot: 1 })];
     let mut driver = Driver::new(&scenario);
     driver.until(4);
     // Robot 0 and the arm of slot 2 stand inside the polygon from the beginning, and the arm reaches the disc.
@@ -207,9 +206,9 @@ fn links_are_seen_at_any_time_and_by_all_others() {
         robot.radio_range_m = 4.0;
     }
     scenario.events = vec![
-        at(2, What::Pause { robot: 1, ticks: 3 }),
-        at(3, What::Kill { robot: 4 }),
-        at(7, What::Leave { robot: 1 }),
+        at(2, TimelineAction::Pause { robot: 1, ticks: 3 }),
+        at(3, TimelineAction::Kill { robot: 4 }),
+        at(7, TimelineAction::Leave { robot: 1 }),
     ];
     let mut driver = Driver::new(&scenario);
     driver.open();
@@ -263,7 +262,7 @@ fn pieces_of_links_say_where_they_are_and_whose() {
 #[test]
 fn a_dead_arm_stays_a_body() {
     let mut scenario = scenario(vec![arm(0, [0.0, 0.0], [0.0, 0.3]), robot(1, [0.8, 2.0], [0.8, -2.0])]);
-    scenario.events = vec![at(3, What::Kill { robot: 0 })];
+    scenario.events = vec![at(3, TimelineAction::Kill { robot: 0 })];
     let mut driver = Driver::new(&scenario);
     driver.until(3);
     for _ in 0..50 {
@@ -314,11 +313,11 @@ fn chaos() -> impl Strategy<Value = Chaos> {
                 _ => Shape::Polygon(vec![Point2::new(x, y), Point2::new(x + 1.0, y), Point2::new(x, y + 1.2)]),
             };
             let points = vec![shape.reference(), shape.reference() + Vector2::new(vx, vy)];
-            let motion = Motion::Waypoints { points, speed_mps: 0.7, then: scenarios::AtEnd::PingPong };
+            let motion = Motion::Waypoints { points, speed_mps: 0.7, then: model::AtEnd::PingPong };
             scenario.obstacles.push(Obstacle { shape, motion: (kind < 2).then_some(motion) });
         }
         let drive = |(robot, (first, second)): (&Robot, (f64, f64))| match robot.kind {
-            Kind::TwoLinkArm => Drive::Joints { rate_radps: [first, second] },
+            BodyKind::TwoLinkArm => Drive::Joints { rate_radps: [first, second] },
             _ => Drive::Velocity(Vector2::new(first, second)),
         };
         let drives = drives.into_iter().map(|tick| scenario.robots.iter().zip(tick).map(drive).collect()).collect();
@@ -360,7 +359,7 @@ fn between(a: &[Capsule], b: &[Capsule]) -> f64 {
 const STEPS: u32 = 400;
 /// Nothing comes nearer than this between two of them: the fastest points make 10 m/s together.
 const MISSED_M: f64 = 10.0 / HZ / STEPS as f64;
-/// What a sweep may miss.
+/// TimelineAction a sweep may miss.
 const SWEEP_M: f64 = 1e-4;
 
 proptest! {

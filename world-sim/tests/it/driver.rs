@@ -1,11 +1,10 @@
 //! Scenarios in a line, and a fleet whose agents head straight for their goals.
 
+use model::*;
+use model::{BodyKind, Drive, Limits, Seat};
 use nalgebra::{Point2, Vector2};
-use planners::drive::steer;
-use planners::{Drive, Kind, Limits};
-use protocol::Seat;
+use planners::steering::steer;
 use protocol::world_to_daemon::Notice;
-use scenarios::*;
 use shoal_world_sim::World;
 
 /// Ten ticks per second: looking ahead is five ticks.
@@ -14,7 +13,7 @@ pub(crate) const HZ: f64 = 10.0;
 pub(crate) fn robot(slot: usize, start: [f64; 2], goal: [f64; 2]) -> Robot {
     Robot {
         id: format!("r{slot}"),
-        kind: Kind::Point,
+        kind: BodyKind::Point,
         limits: Limits {
             speed_mps_max: 1.0,
             reverse_mps_max: 0.0,
@@ -73,7 +72,7 @@ pub(crate) fn scenario(robots: Vec<Robot>) -> Scenario {
 /// A world, its agents, and what it said.
 pub(crate) struct Driver {
     pub world: World,
-    pub kinds: Vec<(Kind, Limits)>,
+    pub kinds: Vec<(BodyKind, Limits)>,
     /// With the tick at which they were taken.
     pub notices: Vec<(u64, Notice)>,
     /// Seats that are not ready when asked.
@@ -115,7 +114,7 @@ impl Driver {
         self.close();
     }
 
-    pub(crate) fn run(&mut self) -> protocol::world_to_daemon::Outcome {
+    pub(crate) fn run(&mut self) -> model::Outcome {
         while !self.world.finished() {
             self.tick();
         }
@@ -141,9 +140,9 @@ impl Driver {
         let (kind, limits) = self.kinds.get(slot).copied().unwrap_or(self.kinds[0]);
         let velocity = (way * HZ).cap_magnitude(limits.speed_mps_max);
         match kind {
-            Kind::Point => Drive::Velocity(velocity),
-            Kind::Unicycle => steer(velocity, odometry.yaw_rad, 4.0, &limits),
-            Kind::TwoLinkArm => Drive::stop(kind),
+            BodyKind::Point => Drive::Velocity(velocity),
+            BodyKind::Unicycle => steer(velocity, odometry.yaw_rad, 4.0, &limits),
+            BodyKind::TwoLinkArm => Drive::stop(kind),
         }
     }
 
@@ -166,7 +165,7 @@ impl Driver {
         stints
     }
 
-    /// What was said of a slot, log entries as `kind`, the rest as `Name.incarnation`, each with its tick.
+    /// TimelineAction was said of a slot, log entries as `kind`, the rest as `Name.incarnation`, each with its tick.
     pub(crate) fn story(&self, slot: u32) -> String {
         let line = |(tick, notice): &(u64, Notice)| {
             let (name, seat) = match notice {
@@ -194,6 +193,6 @@ pub(crate) fn seat(slot: u32, incarnation: u32) -> Seat {
     Seat { slot, incarnation }
 }
 
-pub(crate) fn at(tick: u64, what: What) -> Event {
-    Event { tick, what }
+pub(crate) fn at(tick: u64, what: TimelineAction) -> TimelineEvent {
+    TimelineEvent { tick, what }
 }

@@ -1,11 +1,10 @@
 //! Contacts and clearances against the plainest way to compute them, and the hash.
 
 use crate::driver::{Driver, HZ, at, robot, scenario};
+use geometry::{Capsule, segment_distance, swept_distance};
+use model::{BodyKind, Bounds, Drive, Motion, Obstacle, Scenario, Shape, TimelineAction};
 use nalgebra::{Point2, Vector2};
-use planners::geometry::{Capsule, segment_distance, swept_distance};
-use planners::{Drive, Kind};
 use proptest::prelude::*;
-use scenarios::{Bounds, Motion, Obstacle, Scenario, Shape, What};
 use shoal_world_sim::World;
 use std::collections::BTreeSet;
 
@@ -74,7 +73,7 @@ fn an_overlap_at_the_start_counts_once() {
     let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [0.0, 0.0]), robot(1, [0.3, 0.0], [0.3, 0.0])]);
     scenario.robots.push(robot(2, [0.1, 0.1], [0.1, 0.1]));
     scenario.obstacles = vec![wall([-0.2, -1.0], [-0.2, 1.0], 0.0)];
-    scenario.events = vec![at(5, What::Join { robot: 2 })];
+    scenario.events = vec![at(5, TimelineAction::Join { robot: 2 })];
     let mut driver = Driver::new(&scenario);
     driver.until(3);
     let outcome = driver.world.outcome();
@@ -95,7 +94,7 @@ fn robots_that_just_touch_are_not_in_contact() {
 #[test]
 fn clearances_are_absent_where_there_is_nothing_to_be_clear_of() {
     let mut alone = scenario(vec![robot(0, [0.0, 0.0], [3.0, 0.0]), robot(1, [0.0, 7.0], [0.0, 7.0])]);
-    alone.events = vec![at(10, What::Join { robot: 1 })];
+    alone.events = vec![at(10, TimelineAction::Join { robot: 1 })];
     let mut driver = Driver::new(&alone);
     driver.until(10);
     assert_eq!(driver.world.outcome().min_clearance_m, None);
@@ -135,10 +134,10 @@ fn chaos() -> impl Strategy<Value = Chaos> {
             let mut robot = robot(slot, [x, y], [99.0, 99.0]);
             robot.radius_m = radius;
             robot.limits.speed_mps_max = 4.0;
-            robot.kind = if unicycle { Kind::Unicycle } else { Kind::Point };
+            robot.kind = if unicycle { BodyKind::Unicycle } else { BodyKind::Point };
             scenario.robots.push(robot);
             if joins > 6 {
-                scenario.events.push(at(joins, What::Join { robot: slot }));
+                scenario.events.push(at(joins, TimelineAction::Join { robot: slot }));
             }
         }
         scenario.events.sort_by_key(|event| event.tick);
@@ -153,11 +152,11 @@ fn chaos() -> impl Strategy<Value = Chaos> {
             let b = if kind == 2 { [x, y] } else { [bx, by] };
             scenario.obstacles.push(Obstacle { motion, ..wall([x, y], b, radius) });
         }
-        let kinds: Vec<Kind> = scenario.robots.iter().map(|robot| robot.kind).collect();
-        let drive = |kind: &Kind, (first, second): (f64, f64)| match kind {
-            Kind::Point => Drive::Velocity(Vector2::new(first, second)),
-            Kind::Unicycle => Drive::Twist { speed_mps: first, turn_radps: second },
-            Kind::TwoLinkArm => Drive::Joints { rate_radps: [first, second] },
+        let kinds: Vec<BodyKind> = scenario.robots.iter().map(|robot| robot.kind).collect();
+        let drive = |kind: &BodyKind, (first, second): (f64, f64)| match kind {
+            BodyKind::Point => Drive::Velocity(Vector2::new(first, second)),
+            BodyKind::Unicycle => Drive::Twist { speed_mps: first, turn_radps: second },
+            BodyKind::TwoLinkArm => Drive::Joints { rate_radps: [first, second] },
         };
         let drives =
             drives.into_iter().map(|tick| kinds.iter().zip(tick).map(|(k, d)| drive(k, d)).collect()).collect();
@@ -264,7 +263,7 @@ proptest! {
 #[test]
 fn bad_commands_stop_the_robot_and_are_logged_once() {
     let mut scenario = scenario((0..3).map(|i| robot(i, [0.0, i as f64], [9.0, i as f64])).collect());
-    scenario.robots[1].kind = Kind::Unicycle;
+    scenario.robots[1].kind = BodyKind::Unicycle;
     let mut world = World::new(&scenario);
     for _ in 0..5 {
         world.open(&mut |_| true);
@@ -286,7 +285,7 @@ fn frames_show_robots_and_moving_obstacles() {
     let motion = Motion::Orbit { center: [5.0, 5.0].into(), radius_m: 1.0, omega_radps: 1.0, phase_rad: 0.0 };
     scenario.obstacles = vec![wall([0.0, 9.0], [1.0, 9.0], 0.0), wall([0.0, 9.0], [0.0, 9.0], 0.3)];
     scenario.obstacles[1].motion = Some(motion);
-    scenario.events = vec![at(0, What::Leave { robot: 1 }), at(1, What::Kill { robot: 2 })];
+    scenario.events = vec![at(0, TimelineAction::Leave { robot: 1 }), at(1, TimelineAction::Kill { robot: 2 })];
     let mut driver = Driver::new(&scenario);
     driver.until(1);
     driver.open();

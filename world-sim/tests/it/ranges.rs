@@ -1,12 +1,11 @@
 //! Who hears whom, who sees what, and when the lists change.
 
 use crate::driver::{Driver, at, robot, scenario};
+use geometry::{Capsule, Polygon};
+use model::{AtEnd, Motion, Obstacle, Radio, Scenario, Shape, TimelineAction};
 use nalgebra::Point2;
-use planners::Capsule;
-use planners::geometry::Polygon;
 use proptest::prelude::*;
 use protocol::world_to_robot::NeighborRef;
-use scenarios::{AtEnd, Motion, Obstacle, Radio, Scenario, Shape, What};
 
 fn heard(driver: &Driver, slot: usize) -> Vec<u32> {
     driver.world.neighbors(slot).iter().map(|neighbor| neighbor.slot).collect()
@@ -42,7 +41,7 @@ fn a_neighbour_once_heard_is_kept_until_it_is_further_away() {
 #[test]
 fn whom_a_robot_hears_first_is_foreseen() {
     let mut scenario = scenario((0..6).map(|i| robot(i, [2.0 * i as f64, 0.0], [2.0 * i as f64, 0.0])).collect());
-    scenario.events = vec![at(3, What::Join { robot: 2 })];
+    scenario.events = vec![at(3, TimelineAction::Join { robot: 2 })];
     scenario.robots[5].start = Point2::new(90.0, 0.0);
     let mut driver = Driver::new(&scenario);
     let foreseen = driver.world.foreseen();
@@ -63,13 +62,13 @@ fn every_body_is_heard_or_seen_but_never_both() {
     let mut scenario = scenario((0..4).map(|i| robot(i, [i as f64, 0.0], [i as f64, 9.0])).collect());
     scenario.obstacles = vec![disc(0.0, -8.0, 0.5)];
     scenario.events = vec![
-        at(3, What::Pause { robot: 1, ticks: 3 }),
-        at(4, What::Join { robot: 2 }),
-        at(5, What::Kill { robot: 3 }),
-        at(9, What::Leave { robot: 3 }),
+        at(3, TimelineAction::Pause { robot: 1, ticks: 3 }),
+        at(4, TimelineAction::Join { robot: 2 }),
+        at(5, TimelineAction::Kill { robot: 3 }),
+        at(9, TimelineAction::Leave { robot: 3 }),
     ];
     let mut driver = Driver::new(&scenario);
-    // What robot 0 hears and sees; pieces: one obstacle out of sight, then the slots.
+    // TimelineAction robot 0 hears and sees; pieces: one obstacle out of sight, then the slots.
     let table: [(&[u32], &[u16]); 11] = [
         (&[], &[2, 4]),
         (&[1, 3], &[]),
@@ -100,7 +99,7 @@ fn every_body_is_heard_or_seen_but_never_both() {
 fn a_restarted_neighbour_is_heard_in_its_new_life() {
     let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [0.0, 9.0]), robot(1, [1.0, 0.0], [1.0, 9.0])]);
     scenario.robots[1].restart.limit = 1;
-    scenario.events = vec![at(3, What::Kill { robot: 1 })];
+    scenario.events = vec![at(3, TimelineAction::Kill { robot: 1 })];
     let mut driver = Driver::new(&scenario);
     let lives: Vec<Option<u32>> = (0..7)
         .map(|_| {
@@ -121,7 +120,7 @@ fn pieces_are_written_when_they_appear_or_move() {
         Obstacle { shape: Shape::Polygon(square), motion: None },
         Obstacle { motion: Some(moving), ..disc(5.0, 5.0, 0.5) },
     ];
-    scenario.events = vec![at(3, What::Pause { robot: 1, ticks: 2 })];
+    scenario.events = vec![at(3, TimelineAction::Pause { robot: 1, ticks: 2 })];
     let mut driver = Driver::new(&scenario);
     // Pieces: three edges, the disc, two bodies. The paused body is seen again one tick later, but has not moved.
     let table: [&[usize]; 8] = [&[0, 1, 2, 3, 4, 5], &[3], &[3], &[3, 5], &[], &[], &[], &[]];
@@ -159,10 +158,10 @@ proptest! {
         };
         let shapes: Vec<Shape> = walls.iter().map(wall).chain(triangles.iter().map(triangle)).collect();
         scenario.obstacles = shapes.iter().map(|shape| Obstacle { shape: shape.clone(), motion: None }).collect();
-        scenario.events = vec![at(1, What::Pause { robot: 0, ticks: 100 })];
+        scenario.events = vec![at(1, TimelineAction::Pause { robot: 0, ticks: 100 })];
         for (slot, _) in ranges.iter().take(scenario.robots.len()).enumerate().filter(|(_, range)| range.3) {
             let radio = Radio { drop: 0.1, ..Radio::PERFECT };
-            scenario.events.push(at(1, What::Radio { robot: Some(slot), radio }));
+            scenario.events.push(at(1, TimelineAction::Radio { robot: Some(slot), radio }));
         }
         let mut driver = Driver::new(&scenario);
         driver.tick();

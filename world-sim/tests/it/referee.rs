@@ -1,11 +1,11 @@
 //! Goals, tasks, times and paths.
 
 use crate::driver::{Driver, HZ, at, robot, scenario};
+use geometry::Capsule;
+use model::{BodyKind, MAX_GOALS, Motion, Obstacle, RobotOutcome, Scenario, Shape, Stall, TimelineAction};
 use nalgebra::Point2;
-use planners::{Capsule, Kind};
 use protocol::daemon_to_world::{Order, Ticket};
-use protocol::world_to_daemon::{Notice, RobotOutcome, Stall};
-use scenarios::{MAX_GOALS, Motion, Obstacle, Scenario, Shape, What};
+use protocol::world_to_daemon::Notice;
 
 fn one() -> Scenario {
     scenario(vec![robot(0, [0.0, 0.0], [2.0, 0.0])])
@@ -15,8 +15,8 @@ fn run(scenario: &Scenario) -> RobotOutcome {
     Driver::new(scenario).run().robots.remove(0)
 }
 
-fn task(goal: [f64; 2], now: bool) -> What {
-    What::Task { robot: 0, goal: goal.into(), yaw_rad: None, now }
+fn task(goal: [f64; 2], now: bool) -> TimelineAction {
+    TimelineAction::Task { robot: 0, goal: goal.into(), yaw_rad: None, now }
 }
 
 /// Ticks until arrival, path length and goals done, against numbers that a reader can add up: 1 m/s, ten ticks a second.
@@ -44,7 +44,7 @@ fn a_robot_arrives_when_it_is_within_the_tolerance() {
 #[test]
 fn times_count_from_the_join() {
     let mut late = one();
-    late.events = vec![at(7, What::Join { robot: 0 })];
+    late.events = vec![at(7, TimelineAction::Join { robot: 0 })];
     check(&late, 20, 2.0, 1, 0);
 }
 
@@ -121,13 +121,16 @@ fn a_fleet_that_has_arrived_waits_for_what_is_to_come() {
         Driver::new(&scenario).run().ticks
     };
     assert_eq!(ends(vec![]), 20);
-    assert_eq!(ends(vec![at(50, What::Kill { robot: 0 }), at(60, What::Pause { robot: 0, ticks: 5 })]), 20);
+    assert_eq!(
+        ends(vec![at(50, TimelineAction::Kill { robot: 0 }), at(60, TimelineAction::Pause { robot: 0, ticks: 5 })]),
+        20
+    );
     assert_eq!(ends(vec![at(50, task([2.0, 0.0], false))]), 51);
-    assert_eq!(ends(vec![at(50, What::Join { robot: 1 })]), 55);
-    assert_eq!(ends(vec![at(50, What::Leave { robot: 1 })]), 51);
-    assert_eq!(ends(vec![at(15, What::Pause { robot: 1, ticks: 30 })]), 46);
-    assert_eq!(ends(vec![at(3, What::Kill { robot: 0 })]), 5, "the dead are not waited for");
-    assert_eq!(ends(vec![at(3, What::Kill { robot: 0 }), at(90, task([2.0, 0.0], false))]), 5);
+    assert_eq!(ends(vec![at(50, TimelineAction::Join { robot: 1 })]), 55);
+    assert_eq!(ends(vec![at(50, TimelineAction::Leave { robot: 1 })]), 51);
+    assert_eq!(ends(vec![at(15, TimelineAction::Pause { robot: 1, ticks: 30 })]), 46);
+    assert_eq!(ends(vec![at(3, TimelineAction::Kill { robot: 0 })]), 5, "the dead are not waited for");
+    assert_eq!(ends(vec![at(3, TimelineAction::Kill { robot: 0 }), at(90, task([2.0, 0.0], false))]), 5);
 }
 
 #[test]
@@ -144,7 +147,7 @@ fn who_stands_short_of_the_goal_is_deadlocked() {
             // Robot 1 drives for half the time and stands for half, robot 2 creeps on.
             let x = [1.0, if tick < 100 { 0.1 } else { 0.0 }, 0.06][seat.slot as usize];
             let arrived = seat.slot == 0 && tick >= 20;
-            Some(planners::Drive::Velocity(nalgebra::Vector2::new(if arrived { 0.0 } else { x }, 0.0)))
+            Some(model::Drive::Velocity(nalgebra::Vector2::new(if arrived { 0.0 } else { x }, 0.0)))
         });
     }
     let robots = driver.world.outcome().robots;
@@ -167,11 +170,11 @@ fn path_ratios_compare_with_the_shortest_free_way() {
     assert_eq!(run(&through).path_ratio, None);
     // An obstacle that moves may be anywhere else.
     let points = vec![Point2::new(1.0, -1.0), Point2::new(9.0, -1.0)];
-    through.obstacles[0].motion = Some(Motion::Waypoints { points, speed_mps: 0.1, then: scenarios::AtEnd::Stop });
+    through.obstacles[0].motion = Some(Motion::Waypoints { points, speed_mps: 0.1, then: model::AtEnd::Stop });
     assert!((ratio(&through) - 1.0).abs() < 1e-9);
     // A unicycle that has to turn first drives a detour.
     let mut turning = one();
-    turning.robots[0].kind = Kind::Unicycle;
+    turning.robots[0].kind = BodyKind::Unicycle;
     turning.robots[0].start_yaw_rad = 1.5;
     assert!((1.0..1.3).contains(&ratio(&turning)), "{}", ratio(&turning));
     assert!(run(&turning).ldj.is_some());
@@ -186,7 +189,7 @@ fn a_fast_robot_takes_its_waypoints_where_it_passes_them_and_in_their_order() {
     scenario.robots[0].goals =
         [[10.0, 0.0], [10.5, 0.005], [10.5, 0.0], [10.2, 0.0], [20.0, 0.0]].map(Point2::from).to_vec();
     let mut driver = Driver::new(&scenario);
-    let drive = |x: f64| Some(planners::Drive::Velocity(nalgebra::Vector2::new(x, 0.0)));
+    let drive = |x: f64| Some(model::Drive::Velocity(nalgebra::Vector2::new(x, 0.0)));
     let mut done = Vec::new();
     for x in [30.0, 30.0, 30.0, 30.0, -30.0, 30.0, 30.0, 30.0, 30.0] {
         driver.world.open(&mut |_| true);
@@ -212,7 +215,7 @@ fn who_leaves_its_goal_has_not_arrived_until_it_is_back() {
     let step = |driver: &mut Driver, x: f64| {
         driver.world.open(&mut |_| true);
         driver.world.close(&mut |seat| {
-            Some(planners::Drive::Velocity(nalgebra::Vector2::new(if seat.slot == 0 { x } else { 0.0 }, 0.0)))
+            Some(model::Drive::Velocity(nalgebra::Vector2::new(if seat.slot == 0 { x } else { 0.0 }, 0.0)))
         });
         let outcome = driver.world.outcome().robots.remove(0);
         assert_eq!(driver.world.odometry(0).has(Odometry::FLAG_ARRIVED), outcome.arrived);
@@ -245,12 +248,12 @@ fn a_goal_that_moves_is_caught_once_and_for_all() {
     let mut scenario = one();
     scenario.robots.push(robot(1, [0.0, 5.0], [9.0, 5.0]));
     let points = vec![Point2::new(2.0, 0.0), Point2::new(9.0, 0.0)];
-    scenario.robots[0].goal_motion = Some(Motion::Waypoints { points, speed_mps: 0.5, then: scenarios::AtEnd::Stop });
+    scenario.robots[0].goal_motion = Some(Motion::Waypoints { points, speed_mps: 0.5, then: model::AtEnd::Stop });
     let mut world = shoal_world_sim::World::new(&scenario);
     for _ in 0..80 {
         world.open(&mut |_| true);
         let speed = if world.outcome().robots[0].arrived { 0.0 } else { 1.0 };
-        world.close(&mut |_| Some(planners::Drive::Velocity(nalgebra::Vector2::new(speed, 0.0))));
+        world.close(&mut |_| Some(model::Drive::Velocity(nalgebra::Vector2::new(speed, 0.0))));
     }
     let robot = world.outcome().robots.remove(0);
     assert!(robot.arrived && robot.final_distance_m.unwrap() > 1.0, "{robot:?}");

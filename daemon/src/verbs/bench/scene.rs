@@ -3,7 +3,8 @@
 
 use crate::exit::Failure;
 use crate::source;
-use scenarios::{Overrides, Scenario};
+use model::Scenario;
+use scenarios::Overrides;
 
 /// From robot to robot, m.
 const SPACING_M: f64 = 2.0;
@@ -79,7 +80,7 @@ impl Scene {
 
     /// How many of the robots one at this place hears.
     pub(super) fn in_range(scenario: &Scenario, [x_m, y_m]: [f64; 2]) -> usize {
-        let near = |robot: &&scenarios::Robot| (robot.start.x - x_m).hypot(robot.start.y - y_m) <= RADIO_M;
+        let near = |robot: &&model::Robot| (robot.start.x - x_m).hypot(robot.start.y - y_m) <= RADIO_M;
         scenario.robots.iter().filter(near).count()
     }
 }

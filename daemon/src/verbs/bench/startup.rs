@@ -12,7 +12,7 @@ use crate::signals::Interrupted;
 use crate::supervisor::{self, FleetView, Watch};
 use crate::verbs::fleet;
 use bus::{Address, Gate, clock};
-use protocol::Seat;
+use model::Seat;
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use serde::Serialize;
 use std::thread::JoinHandle;

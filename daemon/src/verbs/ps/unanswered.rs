@@ -6,10 +6,9 @@ use crate::processes::state_word;
 use crate::status::{self, Life};
 use crate::verbs::fleet;
 use bus::{Address, Gate, Node, WorldObserver};
-use protocol::Seat;
+use model::{Scenario, Seat};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::operator_to_daemon::Status;
-use scenarios::Scenario;
 use std::collections::BTreeMap;
 
 /// The fleet at `address`, as far as it can be known.

@@ -6,9 +6,9 @@ mod decentralized_apf;
 use crate::ending::Finished;
 use crate::exit::Failure;
 use crate::supervisor::{self, Watch};
-use planners::ParamValues;
+use model::{ParamValues, Scenario};
 use reproduce::row::{Rows, Series};
-use scenarios::{Overrides, Scenario};
+use scenarios::Overrides;
 use std::fmt::Write;
 use std::ops::ControlFlow;
 

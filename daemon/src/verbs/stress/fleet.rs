@@ -40,7 +40,8 @@ pub(super) fn scenario(robots: usize, tick_hz: f64, duration_s: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scenarios::{MAX_ROBOTS, Overrides, parse};
+    use model::MAX_ROBOTS;
+    use scenarios::{Overrides, parse};
 
     #[test]
     fn fleets_of_any_size_are_valid_and_drive_to_the_end() {

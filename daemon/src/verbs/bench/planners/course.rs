@@ -1,9 +1,11 @@
 //! What a robot meets while its plans are timed: to and fro between the corners of a square of obstacles, with neighbours
 //! that keep around it.
 
+use geometry::Capsule;
+use model::random::Stream;
+use model::{BodyKind, Drive, Limits, ParamValues};
 use nalgebra::{Point2, Vector2};
-use planners::random::Stream;
-use planners::{Capsule, Drive, Identity, Kind, Limits, Method, Neighbor, Obstacle, ParamValues, PlanInput, Planner};
+use planners::{Identity, Method, Neighbor, Obstacle, PlanInput, Planner};
 use std::rc::Rc;
 
 const DT_S: f64 = 0.05;
@@ -24,7 +26,7 @@ const LIMITS: Limits = Limits {
 /// A robot on its course at one tick.
 #[derive(Clone)]
 pub struct Course {
-    kind: Kind,
+    kind: BodyKind,
     obstacles: Rc<[Obstacle]>,
     neighbors: Vec<Neighbor>,
     /// Where the neighbours are, seen from the robot, and how they go round it, rad/s.
@@ -39,7 +41,7 @@ pub struct Course {
 
 impl Course {
     /// The beginning of it, for a body of this kind: the same for the same numbers.
-    pub fn new(kind: Kind, neighbors: usize, obstacles: usize) -> Course {
+    pub fn new(kind: BodyKind, neighbors: usize, obstacles: usize) -> Course {
         let mut random = Stream::new(1, obstacles as u32, 0, "bench-obstacles");
         let corners = [[-1.0, -1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0]].map(|[x, y]| Point2::new(x, y) * HALF_M);
         let mut discs: Vec<Point2<f64>> = Vec::new();

@@ -5,8 +5,7 @@
 //! is taken from the smallest distance of a run, not from what the world counts.
 
 use super::{Fleet, Rows, Series, Stop, begin, lockstep};
-use planners::{ParamValue, ParamValues};
-use protocol::world_to_daemon::Outcome;
+use model::{Outcome, ParamValue, ParamValues};
 use reproduce::amr_apf::layouts::{Layout, case1, case2, radii_m};
 use reproduce::amr_apf::replay::jittered;
 use reproduce::row::{Form, Item};
@@ -52,7 +51,7 @@ impl Contestant {
         words.chain(right_of_way).collect()
     }
 
-    fn scenario(&self, layout: &Layout, duration_s: f64) -> Result<scenarios::Scenario, Stop> {
+    fn scenario(&self, layout: &Layout, duration_s: f64) -> Result<model::Scenario, Stop> {
         let (_, pillar_m) = radii_m(false);
         let mut fleet = Fleet::new(&layout.name, TICK_HZ, duration_s, DEFAULTS, self.method, &self.params());
         for (i, job) in layout.jobs.iter().enumerate() {
@@ -294,7 +293,7 @@ fn median(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use protocol::world_to_daemon::RobotOutcome;
+    use model::RobotOutcome;
 
     #[test]
     fn every_fleet_is_a_scenario() {

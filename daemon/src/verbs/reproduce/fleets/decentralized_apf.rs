@@ -2,17 +2,16 @@
 //! with poses that are a tick old and whose age is known, as they are between processes.
 
 use super::{Fleet, Stop, begin, lockstep};
-use planners::Kind;
+use model::{AtEnd, BodyKind, Scenario};
 use reproduce::decentralized_apf::run as one_thread;
 use reproduce::environment::{Environment, Motion, environments_of};
 use reproduce::row::{Item, Rows};
 use reproduce::simulate::Run;
-use scenarios::{AtEnd, Scenario};
 
 pub(super) fn run(rows: &mut Rows<'_>) -> Result<(), Stop> {
     for environment in environments_of("apf_").filter(|environment| environment.robots.len() > 1) {
         begin(rows, &format!("{} as processes", environment.name))?;
-        let oracle = Run { delay_ticks: 1, age_known: true, ..one_thread(environment, "recommended", Kind::Point) };
+        let oracle = Run { delay_ticks: 1, age_known: true, ..one_thread(environment, "recommended", BodyKind::Point) };
         let ours = lockstep(scenario(environment, &oracle)?)?.outcome;
         let oracle = oracle.run();
         let item = |what: &str| {
@@ -52,10 +51,10 @@ fn scenario(environment: &Environment, run: &Run<'_>) -> Result<Scenario, Stop> 
     for (obstacle, disc) in scenario.obstacles.iter_mut().zip(&environment.obstacles) {
         obstacle.motion = disc.motion.map(|motion| match motion {
             Motion::Pingpong { a, b, speed } => {
-                scenarios::Motion::Waypoints { points: vec![a, b], speed_mps: speed, then: AtEnd::PingPong }
+                model::Motion::Waypoints { points: vec![a, b], speed_mps: speed, then: AtEnd::PingPong }
             }
             Motion::Orbit { center, radius, omega, phase } => {
-                scenarios::Motion::Orbit { center, radius_m: radius, omega_radps: omega, phase_rad: phase }
+                model::Motion::Orbit { center, radius_m: radius, omega_radps: omega, phase_rad: phase }
             }
         });
     }

@@ -1,7 +1,7 @@
 //! Which tip positions are free, on a grid, and the shortest way over it.
 
 use super::{ArmGeometry, Elbow, Room};
-use crate::geometry::Capsule;
+use crate::shapes::Capsule;
 use nalgebra::{Point2, Vector2};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -3,10 +3,11 @@
 //! These types are what the world, the agents and the daemon work with. They are plain data; what a scenario file
 //! may contain, and what is wrong with it, is the business of the other modules. Lengths m, angles rad, times s.
 
-use crate::problems::Problem;
+use crate::body::{BodyKind, Limits};
+use crate::params::ParamValues;
+use crate::problem::Problem;
+use geometry::{ArmGeometry, ArmState, Capsule};
 use nalgebra::Point2;
-use planners::geometry::Capsule;
-use planners::{ArmGeometry, ArmState, Kind, Limits, ParamValues};
 use serde::{Deserialize, Serialize};
 
 /// Most robots that one fleet can hold, late joiners included.
@@ -23,7 +24,7 @@ pub const CPU_MAX: u16 = 1023;
 pub struct Scenario {
     /// Its name, for reports.
     pub name: String,
-    /// What it shows, one line.
+    /// TimelineAction it shows, one line.
     pub description: String,
     /// The world's edges. They are not walls.
     pub bounds: Bounds,
@@ -35,17 +36,17 @@ pub struct Scenario {
     pub processes: Processes,
     /// How the radio behaves at the start.
     pub radio: Radio,
-    /// What stands or moves in the world besides robots.
+    /// TimelineAction stands or moves in the world besides robots.
     pub obstacles: Vec<Obstacle>,
     /// The robots; the index is the slot. Late joiners are among them.
     pub robots: Vec<Robot>,
-    /// What a robot added while the fleet runs is where the request says nothing: the scenario's defaults.
+    /// TimelineAction a robot added while the fleet runs is where the request says nothing: the scenario's defaults.
     pub template: Robot,
-    /// What happens when, sorted by tick; equal ticks keep the order of the file.
-    pub events: Vec<Event>,
+    /// TimelineAction happens when, sorted by tick; equal ticks keep the order of the file.
+    pub events: Vec<TimelineEvent>,
     /// When the run counts as a success.
     pub expect: Expect,
-    /// What is questionable about it: for people, nothing depends on it.
+    /// TimelineAction is questionable about it: for people, nothing depends on it.
     pub warnings: Vec<Problem>,
 }
 
@@ -78,6 +79,17 @@ pub enum Mode {
     Lockstep,
     /// Real processes, each on its own timer.
     Realtime,
+}
+
+impl Mode {
+    /// Its word in scenarios and messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Mode::Single => "single",
+            Mode::Lockstep => "lockstep",
+            Mode::Realtime => "realtime",
+        }
+    }
 }
 
 /// How time passes.
@@ -117,7 +129,7 @@ pub enum Stop {
 pub struct Fleet {
     /// Slots; the fleet's services are made for this many robots.
     pub max_robots: usize,
-    /// What happens to a robot that does not answer.
+    /// TimelineAction happens to a robot that does not answer.
     pub straggler: StragglerPolicy,
     /// `lockstep`: a robot that keeps a tick waiting for this long (its own time, not that of a loaded machine), s, is a
     /// straggler.
@@ -128,7 +140,7 @@ pub struct Fleet {
     pub start_limit_s: f64,
 }
 
-/// What happens to a robot whose process is stopped or over the limit. Death is not a matter of policy.
+/// TimelineAction happens to a robot whose process is stopped or over the limit. Death is not a matter of policy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StragglerPolicy {
@@ -307,12 +319,12 @@ pub enum Motion {
         points: Vec<Point2<f64>>,
         /// Speed, m/s.
         speed_mps: f64,
-        /// What comes after the last point.
+        /// TimelineAction comes after the last point.
         then: AtEnd,
     },
 }
 
-/// What a motion along waypoints does at its end.
+/// TimelineAction a motion along waypoints does at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AtEnd {
@@ -330,10 +342,10 @@ pub struct Robot {
     /// Its name: `[a-z][a-z0-9_-]{0,31}`.
     pub id: String,
     /// How it moves.
-    pub kind: Kind,
-    /// What its body can do.
+    pub kind: BodyKind,
+    /// TimelineAction its body can do.
     pub limits: Limits,
-    /// What it is built like, if it is an arm.
+    /// TimelineAction it is built like, if it is an arm.
     pub arm: Option<ArmSetup>,
     /// Body radius, m; of an arm, half the thickness of its links.
     pub radius_m: f64,
@@ -367,7 +379,7 @@ pub struct Robot {
     pub sees_robots: bool,
     /// Whether the method may look at the map of fixed obstacles.
     pub knows_map: bool,
-    /// What happens when its process ends unasked.
+    /// TimelineAction happens when its process ends unasked.
     pub restart: Restart,
     /// The executable to start as its agent; `None` is shoal itself.
     pub agent: Option<String>,
@@ -389,7 +401,7 @@ impl ArmSetup {
     }
 }
 
-/// What happens when the process of a robot ends unasked.
+/// TimelineAction happens when the process of a robot ends unasked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Restart {
     /// How often it may be started again; 0 is never.
@@ -400,16 +412,16 @@ pub struct Restart {
 
 /// Something that happens at the beginning of a tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Event {
+pub struct TimelineEvent {
     /// The tick.
     pub tick: u64,
-    /// What happens.
-    pub what: What,
+    /// TimelineAction happens.
+    pub what: TimelineAction,
 }
 
-/// What can happen.
+/// TimelineAction can happen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum What {
+pub enum TimelineAction {
     /// The robot of this slot enters the world; before that it is not there.
     Join {
         /// Slot of the robot.
@@ -447,7 +459,7 @@ pub enum What {
     Radio {
         /// Slot of the receiver; `None` is all.
         robot: Option<usize>,
-        /// What it is from now on.
+        /// TimelineAction it is from now on.
         radio: Radio,
     },
 }

@@ -1,6 +1,6 @@
 //! Random streams: repeatable, unrelated for different keys, and of the promised shape.
 
-use shoal_planners::random::Stream;
+use shoal_model::random::Stream;
 
 fn first(seed: u64, robot: u32, incarnation: u32, purpose: &str) -> f64 {
     Stream::new(seed, robot, incarnation, purpose).unit()

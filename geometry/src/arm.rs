@@ -1,6 +1,6 @@
 //! A planar arm of two links: kinematics, joint limits, its links as bodies, and which tip positions it can hold.
 //!
-//! Equation numbers are those of F. A. Raheem and M. M. Badr, see [`pso_via_points`](crate::pso_via_points).
+//! Equation numbers are those of F. A. Raheem and M. M. Badr, see the planner `pso-via-points`.
 //! Angles are radians, counter-clockwise; joint 1 is measured from +x, joint 2 from the first link.
 //!
 //! A tip position within reach is held by two poses, mirrored at the line from base to tip. They are the two *sheets*
@@ -11,8 +11,8 @@ mod free_space;
 
 pub use free_space::{Found, FreeSpace, GridSearch, Through, shortest_grid_path};
 
-use crate::drive::{Drive, Limits, wrap};
-use crate::geometry::{Capsule, segment_distance};
+use crate::angle::wrap;
+use crate::shapes::{Capsule, segment_distance};
 use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
@@ -231,13 +231,6 @@ impl ArmState {
         let turned = |arm: Vector2<f64>, rate: f64| rate * Vector2::new(-arm.y, arm.x);
         let (tip, elbow) = (self.tip(), self.geometry.elbow(self.joints_rad));
         turned(tip - self.geometry.base, rate_radps[0]) + turned(tip - elbow, rate_radps[1])
-    }
-
-    /// Joint rates within the limits: both shrink together until each joint and the tip keep theirs.
-    pub fn within(&self, rate_radps: [f64; 2], limits: &Limits) -> Drive {
-        let tip = self.tip_velocity(rate_radps).norm();
-        let scale = if tip > limits.speed_mps_max { limits.speed_mps_max / tip } else { 1.0 };
-        Drive::Joints { rate_radps: rate_radps.map(|rate| rate * scale) }.within(limits)
     }
 
     /// The arm after a time at these rates. Joints stop at their limits.

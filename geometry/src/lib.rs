@@ -1,0 +1,11 @@
+//! Plane geometry: shapes and their distances, paths, and the kinematics of an arm. Lengths are in metres, angles in
+//! radians, counter-clockwise from +x. No robot, no scenario, no clock.
+
+pub mod angle;
+pub mod arm;
+pub mod shapes;
+pub mod spline;
+
+pub use angle::wrap;
+pub use arm::{ArmGeometry, ArmState, Elbow};
+pub use shapes::{Capsule, Polygon, segment_distance, segments_cross, swept_distance};

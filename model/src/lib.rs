@@ -1,0 +1,22 @@
+//! The nouns of shoal: plain data that every other crate speaks of. Lengths m, angles rad, times s.
+//!
+//! Nothing here reads a file, a clock or the command line, and nothing can fail for lack of one.
+
+pub mod body;
+pub mod event;
+pub mod ids;
+pub mod outcome;
+pub mod params;
+pub mod plan;
+pub mod problem;
+pub mod random;
+pub mod scenario;
+
+pub use body::{BodyKind, Drive, Limits};
+pub use event::{Event, Touch};
+pub use ids::Seat;
+pub use outcome::{Outcome, RobotOutcome, Stall};
+pub use params::{ParamValue, ParamValues};
+pub use plan::PlanState;
+pub use problem::Problem;
+pub use scenario::*;
