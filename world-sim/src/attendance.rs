@@ -4,7 +4,7 @@
 mod stragglers;
 
 use crate::World;
-use protocol::Seat;
+use model::Seat;
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
 use std::time::Duration;
