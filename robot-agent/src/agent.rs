@@ -2,7 +2,7 @@
 
 use crate::radio::Receiver;
 use geometry::ArmState;
-use model::{Drive, PlanState};
+use model::{Drive, PlanState, Seat};
 use nalgebra::{Point2, Vector2};
 use planners::registry::Identity;
 use planners::{Chassis, Neighbor, Obstacle, ParamError, PlanInput, Planner};
