@@ -5,6 +5,7 @@
 pub mod body;
 pub mod event;
 pub mod ids;
+pub mod motion;
 pub mod outcome;
 pub mod params;
 pub mod plan;
@@ -15,6 +16,7 @@ pub mod scenario;
 pub use body::{BodyKind, Drive, Limits};
 pub use event::{Event, Touch};
 pub use ids::Seat;
+pub use motion::Mover;
 pub use outcome::{Outcome, RobotOutcome, Stall};
 pub use params::{ParamValue, ParamValues};
 pub use plan::PlanState;

@@ -62,6 +62,8 @@ pub(crate) enum Type {
     },
     /// A list of whole numbers from 0 to this one, at least one of them, each once.
     Numbers(u16),
+    /// A list of at most this many numbers.
+    Floats(usize),
     /// `[low, high]` with `low` below `high`.
     Interval,
     /// `"all"` or a whole number.

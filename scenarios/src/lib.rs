@@ -2,7 +2,8 @@
 //!
 //! A text becomes a [`Scenario`] in three steps: `document.rs` reads the TOML and remembers the lines, `walk.rs` checks
 //! keys, types and bounds against the one table of `table.rs`, and `resolve.rs` fills in defaults, places layouts and
-//! checks what depends on more than one value. Each step goes on after a problem, so that all are reported at once.
+//! checks what depends on more than one value. Each step goes on after a problem, so that all are reported at once. A
+//! [`Draft`] is a document that is put together in code: it takes the second and the third step.
 //!
 //! Nothing here reads files or clocks.
 
@@ -11,11 +12,13 @@ mod arm;
 mod catalog;
 mod check;
 mod document;
+mod draft;
 mod keys;
 mod layout;
 mod methods;
 mod node;
 mod obstacles;
+mod paper;
 mod problems;
 mod processes;
 mod resolve;
@@ -28,6 +31,8 @@ mod warnings;
 
 pub use add::{NewRobot, add_robot, goal_problem};
 pub use catalog::{CatalogEntry, UnknownScenario, catalog, find_catalog};
+pub use draft::{Draft, DraftValue};
+pub use paper::{Expectation, Paper};
 pub use problems::Problems;
 pub use schema::{help, schema};
 
@@ -53,20 +58,41 @@ pub struct Overrides {
 }
 
 /// Reads a scenario. `file_name` is only for messages, and for the name of a scenario that has none.
+///
+/// # Errors
+/// With all problems of the text.
 pub fn parse(file_name: &str, text: &str, overrides: &Overrides) -> Result<Scenario, Problems> {
+    parse_with_paper(file_name, text, overrides).map(|(scenario, _)| scenario)
+}
+
+/// Reads a scenario, and what its table `[paper]` says.
+///
+/// # Errors
+/// With all problems of the text.
+pub fn parse_with_paper(file_name: &str, text: &str, overrides: &Overrides) -> Result<(Scenario, Paper), Problems> {
     let mut report = Report::new(format!("scenario `{file_name}`"), options(overrides));
-    let Some(mut document) = document::read(text, &mut report) else {
+    let Some(document) = document::read(text, &mut report) else {
         report.finish()?;
         unreachable!("a text that cannot be read has a problem");
     };
+    read(stem(file_name), document, overrides, report)
+}
+
+/// Checks and resolves a document.
+fn read(
+    name: &str,
+    mut document: RawTable,
+    overrides: &Overrides,
+    mut report: Report,
+) -> Result<(Scenario, Paper), Problems> {
     let planner = apply(&mut document, overrides, &mut report);
     let root = walk::walk(document, &mut report);
-    let mut scenario = resolve::resolve(&root, stem(file_name), planner, &mut report);
+    let (mut scenario, paper) = resolve::resolve(&root, name, planner, &mut report);
     if let Some(method) = planner.and_then(planners::find) {
         check_planner(method, &scenario, Origin::Option(overrides.set.len() + 1), &mut report);
     }
     scenario.warnings = report.finish()?;
-    Ok(scenario)
+    Ok((scenario, paper))
 }
 
 /// Reports a method that replaces all others and cannot drive a single robot.

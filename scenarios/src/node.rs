@@ -29,6 +29,7 @@ pub(crate) enum Value {
     Pose([f64; 2], Option<f64>),
     Pairs(Vec<[f64; 2]>),
     Numbers(Vec<u16>),
+    Floats(Vec<f64>),
     Node(Node),
     Nodes(Vec<Node>),
     Params(Block),

@@ -6,6 +6,7 @@ use crate::keys::{FAR_M, Type};
 use crate::layout::{self, Surroundings};
 use crate::node::{Node, Value};
 use crate::obstacles;
+use crate::paper::{self, Paper};
 use crate::problems::{Origin, Report};
 use crate::processes;
 use crate::robots::{self, Layers, Place};
@@ -24,7 +25,7 @@ const ROBOTS_SPARE: usize = 8;
 const NOWHERE: Point2<f64> = Point2::new(f64::NAN, f64::NAN);
 
 /// Resolves a walked file. The result counts only if nothing is in the report afterwards.
-pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &mut Report) -> Scenario {
+pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &mut Report) -> (Scenario, Paper) {
     let bounds = bounds(&section(root, "world"));
     let clock_node = section(root, "clock");
     let clock = clock(&clock_node, report);
@@ -50,7 +51,8 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
     };
     let events = stage.events(root, report);
     warnings::check(&crew.robots, &crew.sources, &events, clock, report);
-    Scenario {
+    let paper = paper::read(root, &crew.robots, crew.complete, report);
+    let scenario = Scenario {
         name: root.text("name").unwrap_or(name).to_string(),
         description: root.text("description").unwrap_or_default().to_string(),
         bounds,
@@ -64,7 +66,8 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         template,
         events,
         warnings: Vec::new(),
-    }
+    };
+    (scenario, paper)
 }
 
 /// A section of the file; if it has none, an empty one.

@@ -1,6 +1,6 @@
 //! The key table in two other forms: JSON Schema for editors, text for people.
 
-use crate::keys::{COORDINATE, Key, Preset, Range, Section, Type, all_sections};
+use crate::keys::{ANY, COORDINATE, Key, Preset, Range, Section, Type, all_sections};
 use crate::node::join;
 use crate::table::ROOT;
 use crate::walk::{describe_range, describe_type};
@@ -110,6 +110,7 @@ fn type_schema(ty: Type) -> Value {
             let number = json!({ "type": "integer", "minimum": 0, "maximum": max });
             json!({ "type": "array", "items": number, "minItems": 1, "uniqueItems": true })
         }
+        Type::Floats(max) => json!({ "type": "array", "items": number(ANY), "maxItems": max }),
         Type::AllOrCount => json!({ "anyOf": [{ "const": "all" }, { "type": "integer", "minimum": 0 }] }),
         Type::ForeverOrCount => json!({ "anyOf": [{ "const": "forever" }, { "type": "integer", "minimum": 1 }] }),
         Type::Planner => json!({ "enum": METHODS.iter().map(|method| method.name).collect::<Vec<_>>() }),

@@ -5,13 +5,14 @@
 
 use crate::keys::Type::*;
 use crate::keys::{ANY, Key, LARGE, Preset, Range, Section, Type};
+use crate::paper::PAPER;
 use model::{CPU_MAX, MAX_GOALS, MAX_ROBOTS, MAX_SHAPES, Radio};
 
 /// Most entries of the timeline.
 const MAX_EVENTS: usize = 10_000;
 
 const POSITIVE: Range = Range { min: 0.0, min_included: false, max: LARGE, infinite: false };
-const NOT_NEGATIVE: Range = Range { min: 0.0, min_included: true, max: LARGE, infinite: false };
+pub(crate) const NOT_NEGATIVE: Range = Range { min: 0.0, min_included: true, max: LARGE, infinite: false };
 const UNLIMITED: Range = Range { min: 0.0, min_included: false, max: LARGE, infinite: true };
 const SHARE: Range = Range { min: 0.0, min_included: true, max: 1.0, infinite: false };
 
@@ -36,6 +37,7 @@ pub(crate) static ROOT: Section = Section {
         optional("obstacle", Tables(&OBSTACLE, MAX_SHAPES), "Obstacles, fixed or moving."),
         optional("event", Tables(&EVENT, MAX_EVENTS), "Timeline of events."),
         optional("expect", Table(&EXPECT), "Conditions under which the run is a success."),
+        optional("paper", Table(&PAPER), "What a paper says about this scenario; only `shoal reproduce` reads it."),
     ]],
 };
 
@@ -480,18 +482,18 @@ static EXPECT: Section = Section {
     ]],
 };
 
-const fn required(name: &'static str, ty: Type, help: &'static str) -> Key {
+pub(crate) const fn required(name: &'static str, ty: Type, help: &'static str) -> Key {
     Key { name, ty, preset: Preset::Required, help, only: &[] }
 }
 
-const fn optional(name: &'static str, ty: Type, help: &'static str) -> Key {
+pub(crate) const fn optional(name: &'static str, ty: Type, help: &'static str) -> Key {
     Key { name, ty, preset: Preset::Absent, help, only: &[] }
 }
 
-const fn preset(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
+pub(crate) const fn preset(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
     Key { name, ty, preset: Preset::Value(value), help, only: &[] }
 }
 
-const fn computed(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
+pub(crate) const fn computed(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
     Key { name, ty, preset: Preset::Computed(value), help, only: &[] }
 }

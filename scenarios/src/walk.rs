@@ -197,6 +197,15 @@ fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Valu
         (Type::Numbers(max), RawValue::List(list)) => {
             numbers(list, max, &path, origin, report).map_or(Value::Wrong, Value::Numbers)
         }
+        (Type::Floats(max), RawValue::List(list)) => {
+            if list.len() > max {
+                report.add(origin, &path, format!("must have at most {max} numbers, has {}", list.len()));
+                return Value::Wrong;
+            }
+            let number = |(index, raw): (usize, Raw)| entry(raw, ANY, &format!("{path}[{index}]"), report);
+            let numbers: Vec<Option<f64>> = list.into_iter().enumerate().map(number).collect();
+            numbers.into_iter().collect::<Option<Vec<f64>>>().map_or(Value::Wrong, Value::Floats)
+        }
         (Type::Params, RawValue::Table(table)) => {
             let fields = bounded(table, &path, origin, report);
             Value::Params(Block { path, fields })
@@ -351,26 +360,24 @@ fn pair(list: Vec<Raw>, range: Range, path: &str, origin: Origin, report: &mut R
             return None;
         }
     };
-    let mut number = |raw: Raw, index: usize| {
-        let number = match raw.value {
-            RawValue::Float(number) => number,
-            RawValue::Int(number) => number as f64,
-            other => {
-                report.add(
-                    raw.origin,
-                    &format!("{path}[{index}]"),
-                    format!("expected a number, found {}", other.describe()),
-                );
-                return None;
-            }
-        };
-        match float(range, number, &format!("{path}[{index}]"), raw.origin, report) {
-            Value::Float(number) => Some(number),
-            _ => None,
+    let (x, y) = (entry(x, range, &format!("{path}[0]"), report), entry(y, range, &format!("{path}[1]"), report));
+    Some([x?, y?])
+}
+
+/// One number of a list.
+fn entry(raw: Raw, range: Range, path: &str, report: &mut Report) -> Option<f64> {
+    let number = match raw.value {
+        RawValue::Float(number) => number,
+        RawValue::Int(number) => number as f64,
+        other => {
+            report.add(raw.origin, path, format!("expected a number, found {}", other.describe()));
+            return None;
         }
     };
-    let (x, y) = (number(x, 0), number(y, 1));
-    Some([x?, y?])
+    match float(range, number, path, raw.origin, report) {
+        Value::Float(number) => Some(number),
+        _ => None,
+    }
 }
 
 /// Reports and tables name these beside the robots.
@@ -421,6 +428,7 @@ pub(crate) fn describe_type(ty: Type) -> String {
         Type::Joints(_) => "[first, second]".to_string(),
         Type::Pairs { .. } => "a list of points [[x, y], ...]".to_string(),
         Type::Numbers(_) => "a list of whole numbers".to_string(),
+        Type::Floats(_) => "a list of numbers".to_string(),
         Type::Interval => "[low, high]".to_string(),
         Type::AllOrCount => "\"all\" or a whole number".to_string(),
         Type::ForeverOrCount => "\"forever\" or a whole number above 0".to_string(),

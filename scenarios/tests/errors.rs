@@ -91,6 +91,24 @@ fn keys_and_types() {
 }
 
 #[test]
+fn papers() {
+    let arm = "kind = \"two-link-arm\"\nbase_m = [-4, -4]\nlinks_m = [2, 2]\njoint_min_rad = [0, 0]";
+    let expect = |what: &str| format!("[[paper.expect]]\nmethod = \"rule\"\n{what}\n[clock]");
+    assert_snapshot!(table(&[
+        ("[clock]", "[paper]\ninflation = 0.05\n[clock]"),
+        ("[clock]", "[[paper.expect]]\narrives = true\n[clock]"),
+        ("[clock]", &expect("arives = true")),
+        ("[clock]", &expect("time_s = \"12\"")),
+        ("[clock]", &expect("arrival_times_s = [1, \"2\"]")),
+        ("[clock]", &expect("arrival_times_s = [1, 2, 3]")),
+        ("[clock]", &expect("end_m = [[0, 0]]")),
+        ("[clock]", &expect("params = { k_v = 1, particles = 3 }")),
+        ("[clock]", &expect("params = { k_v = [1] }")),
+        ("id = \"a\"", &format!("id = \"a\"\n{arm}\n[paper]\ninflation_m = 0.05\n[[robot]]\nid = \"c\"")),
+    ]));
+}
+
+#[test]
 fn values() {
     assert_snapshot!(table(&[
         ("duration_s = 30", "duration_s = nan"),

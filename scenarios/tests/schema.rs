@@ -16,6 +16,7 @@ fn schema_of_the_format() {
         properties["planner"]["enum"] = json!(["every method"]);
         properties["params"]["anyOf"] = json!(["the parameters of every method"]);
     }
+    schema["$defs"]["paper.expect"]["properties"]["params"]["anyOf"] = json!(["the parameters of every method"]);
     schema["properties"]["planners"]["properties"] = json!({ "every method": "its parameters" });
     insta::assert_json_snapshot!(schema);
 }

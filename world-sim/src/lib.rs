@@ -7,15 +7,15 @@
 //!
 //! ```text
 //! world       the tick                    presence    who takes part, and since when
-//! kinematics  how robots move             motion      how obstacles and goals move
-//! arm         joints and links            links       how near links come to what
+//! kinematics  how robots move             arm         joints and links
+//! links       how near links come to what  shortest    the path one could take
 //! shapes      obstacles where they are    grid        who is near whom
 //! ranges      who hears and sees what     contact     swept clearances
 //! referee     goals, arrival, path        smoothness  jerk
-//! progress    who gets nowhere            shortest    the path one could take
+//! progress    who gets nowhere            journal     log and notices
 //! attendance  which processes answer      pace        when periods begin
-//! shell       the process                 journal     log and notices
-//! recorder    everything into a file      touch       where bodies touched first
+//! shell       the process                 recorder    everything into a file
+//! touch       where bodies touched first
 //! outcome_file  what the process leaves
 //! whole_file  a file, whole or not at all
 //! ```
@@ -28,7 +28,6 @@ mod grid;
 mod journal;
 mod kinematics;
 mod links;
-mod motion;
 pub mod outcome_file;
 pub mod pace;
 mod presence;

@@ -1,11 +1,10 @@
 //! The referee of one robot: its goals, when it reached them, and how it drove there.
 
 use crate::journal::Journal;
-use crate::motion::Mover;
 use crate::progress::{Scale, Trail};
 use crate::smoothness::Smoothness;
 use model::random::Stream;
-use model::{MAX_GOALS, Robot, Stall};
+use model::{MAX_GOALS, Mover, Robot, Stall};
 use nalgebra::{Point2, Vector2};
 use std::collections::VecDeque;
 

@@ -2,10 +2,9 @@
 
 use crate::grid::Aabb;
 use crate::links::Moving;
-use crate::motion::Mover;
 use geometry::{Capsule, Polygon, segment_distance};
 use model::random::Stream;
-use model::{Obstacle, Shape};
+use model::{Mover, Obstacle, Shape};
 use nalgebra::{Point2, Vector2};
 use std::ops::Range;
 

@@ -9,7 +9,6 @@ use crate::report::{self, LatencyReport, Page, Report, Verdict};
 use crate::{out, run, supervisor};
 use bus::clean;
 use model::MAX_ROBOTS;
-use scenarios::Overrides;
 use serde::Serialize;
 
 /// The name and version of the format.
@@ -72,9 +71,7 @@ pub fn run(options: &StressArgs) -> Result<i32, Failure> {
         ))
         .hint("`shoal stress --duration 60s`"));
     }
-    let text = fleet::scenario(options.robots, options.hz, options.duration);
-    let scenario = scenarios::parse("stress", &text, &Overrides::default())
-        .map_err(|problems| crate::source::failure(&problems))?;
+    let scenario = fleet::scenario(options.robots, options.hz, options.duration)?;
     let mut terminal = run::Terminal::new(&scenario);
     let finished = supervisor::run(scenario, None, &mut terminal);
     terminal.finish();
@@ -195,8 +192,7 @@ mod tests {
     use model::Mode;
 
     fn stress(left_over: &[&str]) -> Stress {
-        let text = fleet::scenario(2, 50.0, 10.0);
-        let scenario = scenarios::parse("stress", &text, &Overrides::default()).unwrap();
+        let scenario = fleet::scenario(2, 50.0, 10.0).unwrap();
         assert_eq!(scenario.clock.mode, Mode::Realtime);
         let mut report = report::assemble(report::RunFacts::new(scenario, Default::default(), 10.0));
         let of_robot = |missed| LoopLatency { periods: 500, deadline_misses: Some(missed), ..LoopLatency::default() };

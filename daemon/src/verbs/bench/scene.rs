@@ -4,7 +4,7 @@
 use crate::exit::Failure;
 use crate::source;
 use model::Scenario;
-use scenarios::Overrides;
+use scenarios::Draft;
 
 /// From robot to robot, m.
 const SPACING_M: f64 = 2.0;
@@ -32,43 +32,34 @@ pub(super) struct Scene {
 impl Scene {
     /// As a scenario.
     pub(super) fn scenario(&self) -> Result<Scenario, Failure> {
-        scenarios::parse("bench", &self.text(), &Overrides::default()).map_err(|problems| source::failure(&problems))
-    }
-
-    fn text(&self) -> String {
-        let Scene { robots, mode, planner, tick_hz, duration_s, .. } = self;
         let way_m = if self.parked { 0.01 } else { 9e5 };
         let (sensor_m, radio_m) = if self.obstacles { (1e4, RADIO_AMONG_OBSTACLES_M) } else { (1.0, RADIO_M) };
-        let mut text = format!(
-            r#"
-            [world]
-            x_m = [-1e3, 1e6]
-            y_m = [-1e3, 1e3]
-            [clock]
-            mode = "{mode}"
-            tick_hz = {tick_hz}
-            duration_s = {duration_s}
-            stop = "duration"
-            [defaults]
-            planner = "{planner}"
-            sensor_range_m = {sensor_m}
-            radio_range_m = {radio_m}
-            radio_hysteresis_m = 0.1
-            [layout]
-            kind = "grid"
-            robots = {robots}
-            spacing_m = {SPACING_M}
-            offset_m = [{way_m}, 0]
-            "#
-        );
-        let half_m = SPACING_M * (*robots as f64).sqrt() / 2.0;
-        for index in 0..if self.obstacles { OBSTACLES } else { 0 } {
+        let half_m = SPACING_M * (self.robots as f64).sqrt() / 2.0;
+        let obstacle = |index: usize| {
             // Spread over the breadth of the block, one behind the other.
             let across = (index * 7 % OBSTACLES) as f64 / OBSTACLES as f64 - 0.45;
-            let (x_m, y_m) = (half_m + 2.0 + index as f64, 2.0 * half_m * across);
-            text += &format!("[[obstacle]]\nshape = \"disc\"\ncenter_m = [{x_m}, {y_m}]\nradius_m = 0.2\n");
-        }
-        text
+            let center_m = [half_m + 2.0 + index as f64, 2.0 * half_m * across];
+            Draft::new().with("shape", "disc").with("center_m", center_m).with("radius_m", 0.2)
+        };
+        let obstacles = if self.obstacles { OBSTACLES } else { 0 };
+        Draft::new()
+            .with("world.x_m", [-1e3, 1e6])
+            .with("world.y_m", [-1e3, 1e3])
+            .with("clock.mode", self.mode)
+            .with("clock.tick_hz", self.tick_hz)
+            .with("clock.duration_s", self.duration_s)
+            .with("clock.stop", "duration")
+            .with("defaults.planner", self.planner)
+            .with("defaults.sensor_range_m", sensor_m)
+            .with("defaults.radio_range_m", radio_m)
+            .with("defaults.radio_hysteresis_m", 0.1)
+            .with("layout.kind", "grid")
+            .with("layout.robots", self.robots)
+            .with("layout.spacing_m", SPACING_M)
+            .with("layout.offset_m", [way_m, 0.0])
+            .with("obstacle", (0..obstacles).map(obstacle).collect::<Vec<_>>())
+            .scenario("bench")
+            .map_err(|problems| source::failure(&problems))
     }
 
     /// A free place at the edge of the block, for one more.

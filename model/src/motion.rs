@@ -1,11 +1,12 @@
-//! How obstacles and goals move: functions of time alone, evaluated at the ticks in order.
+//! How obstacles and goals move: functions of time alone, evaluated at the ticks in order. The world and the papers' own
+//! runs (`reproduce`) both move things by it.
 
-use model::random::Stream;
-use model::{AtEnd, Bounds, Motion};
+use crate::random::Stream;
+use crate::scenario::{AtEnd, Bounds, Motion};
 use nalgebra::{Point2, Vector2};
 
 /// A point in motion.
-pub(crate) struct Mover {
+pub struct Mover {
     /// Where the point is in the scenario.
     start: Point2<f64>,
     course: Course,
@@ -38,7 +39,7 @@ struct Waypoints {
 
 impl Mover {
     /// A point that starts at `start`. `stream` is drawn from by random walks only.
-    pub(crate) fn new(motion: &Motion, start: Point2<f64>, stream: impl FnOnce() -> Stream) -> Mover {
+    pub fn new(motion: &Motion, start: Point2<f64>, stream: impl FnOnce() -> Stream) -> Mover {
         let course = match motion.clone() {
             Motion::Orbit { center, radius_m, omega_radps, phase_rad } => {
                 Course::Orbit { center, radius_m, omega_radps, phase_rad }
@@ -76,7 +77,7 @@ impl Mover {
     ///
     /// The velocity is that of the motion at this instant (analytic, not a difference of positions), so what is
     /// reported just after a reflection points the way that the body will go.
-    pub(crate) fn at(&mut self, t_s: f64) -> (Point2<f64>, Vector2<f64>) {
+    pub fn at(&mut self, t_s: f64) -> (Point2<f64>, Vector2<f64>) {
         match &mut self.course {
             Course::Orbit { center, radius_m, omega_radps, phase_rad } => {
                 let (sin, cos) = (*omega_radps * t_s + *phase_rad).sin_cos();
