@@ -159,3 +159,9 @@ pub trait Planner: Send {
     /// whatever; it has the form that the kind of body understands. Planning does not allocate.
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan;
 }
+
+impl<P: Planner + ?Sized> Planner for Box<P> {
+    fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
+        (**self).plan(input)
+    }
+}

@@ -6,12 +6,14 @@
 //! of rest: there 0.05 m, one tick of motion. All leave room for other mathematical libraries: where this was written,
 //! every row agrees to all printed digits.
 
-use crate::environment::{Environment, Expect, environment, environments_of};
+use crate::example::at_origin;
 use crate::row::{Form, Item, Paper, Rows, Series};
-use crate::simulate::{Outcome, Run, at_origin, disc_at, tidy};
+use crate::scene::{Scene, disc_at, plain, scene, scenes_of};
+use crate::stepper::{Rules, Run, Stepper, tidy};
 use model::{BodyKind, Drive, ParamValue, ParamValues};
 use nalgebra::Vector2;
 use planners::{Identity, Neighbor, Obstacle, Plan, PlanInput, find};
+use scenarios::Expectation;
 use std::ops::ControlFlow;
 
 /// The paper.
@@ -30,10 +32,10 @@ fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     rows.begin("worked examples")?;
     examples(rows);
     places_of_rest(rows);
-    for environment in environments_of("apf_") {
-        for expect in &environment.expect {
-            rows.begin(&format!("{} {}", environment.name, variant_name(expect)))?;
-            compare(rows, environment, expect, &row(environment, expect).run());
+    for scene in scenes_of("apf_") {
+        for expect in scene.expectations() {
+            rows.begin(&format!("{} {}", scene.name, variant_name(expect)))?;
+            compare(rows, scene, expect, &row(scene, expect).run());
         }
     }
     rows.begin("aid against deadlock")?;
@@ -41,71 +43,74 @@ fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// A rule set of the environments: a parameter set for a kind of body.
-pub fn run<'a>(environment: &'a Environment, set: &str, kind: BodyKind) -> Run<'a> {
-    let mut table = environment.params(set).clone();
-    if kind == BodyKind::Unicycle {
-        table.extend(environment.params("differential").clone());
-    }
-    Run { kind, ..Run::new(environment, "decentralized-apf", table) }
+/// A rule set of the paper for a kind of body. The recommended one is what the planner has by default.
+pub fn run(scene: &Scene, set: &str, kind: BodyKind) -> Run {
+    let run = match set {
+        "recommended" => Run::of(scene, "decentralized-apf", &[("attract_cap", ParamValue::Float(1.0))]),
+        "literal" => Run::of(scene, "decentralized-apf", &literal(1.0, 2)),
+        other => panic!("{}: unknown parameter set `{other}`", scene.name),
+    };
+    run.each(|robot| robot.kind = kind)
 }
 
-fn row<'a>(environment: &'a Environment, expect: &Expect) -> Run<'a> {
+fn row(scene: &Scene, expect: &Expectation) -> Run {
     let (set, kind) = match expect.method.as_str() {
         "recommended-point" => ("recommended", BodyKind::Point),
         "recommended-differential" => ("recommended", BodyKind::Unicycle),
         "literal-point" => ("literal", BodyKind::Point),
-        other => panic!("{}: unknown rule set `{other}`", environment.name),
+        other => panic!("{}: unknown rule set `{other}`", scene.name),
     };
-    Run { delay_ticks: expect.neighbour_pose_delay_ticks, ..run(environment, set, kind) }
+    let run = run(scene, set, kind);
+    let rules = Rules { delay_ticks: expect.delay_ticks as usize, ..run.rules };
+    run.under(rules)
 }
 
-fn variant_name(expect: &Expect) -> String {
-    match expect.neighbour_pose_delay_ticks {
+fn variant_name(expect: &Expectation) -> String {
+    match expect.delay_ticks {
         0 => expect.method.clone(),
         ticks => format!("{}, poses {ticks} ticks old", expect.method),
     }
 }
 
-fn compare(rows: &mut Rows<'_>, environment: &Environment, expect: &Expect, outcome: &Outcome) {
-    let item = |what: &str| Item::new(format!("{} {}: {what}", environment.name, variant_name(expect)));
+fn compare(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation, outcome: &Stepper) {
+    let item = |what: &str| Item::new(format!("{} {}: {what}", scene.name, variant_name(expect)));
     for key in expect.results() {
         match key {
-            "arrives" => rows.exact(item("arrives"), expect.arrives.unwrap_or_default(), outcome.arrives()),
-            "arrival_times" => {
-                let tolerance = if environment.name == "apf_antipodal8" { 2.5 } else { 0.3 };
-                for (i, expected) in expect.arrival_times.iter().flatten().enumerate() {
+            "arrives" => rows.exact(item("arrives"), expect.flag(key).unwrap_or_default(), outcome.all_arrived()),
+            "arrival_times_s" => {
+                let tolerance = if scene.name == "apf_antipodal8" { 2.5 } else { 0.3 };
+                for (i, expected) in expect.numbers(key).iter().enumerate() {
                     let item =
                         item(&format!("arrival of robot {i}")).note(if *expected < 0.0 { "-1: never" } else { "" });
-                    rows.number(item, *expected, tidy(outcome.arrival_s[i].unwrap_or(-1.0)), tolerance, "s");
+                    rows.number(item, *expected, tidy(outcome.arrival_s(i).unwrap_or(-1.0)), tolerance, "s");
                 }
             }
-            "min_robot_clearance" | "min_obstacle_clearance" => {
-                let (what, expected, found) = match key {
-                    "min_robot_clearance" => ("robot clearance", expect.min_robot_clearance, outcome.robot_clearance),
-                    _ => ("obstacle clearance", expect.min_obstacle_clearance, outcome.obstacle_clearance),
+            "min_robot_clearance_m" | "min_obstacle_clearance_m" => {
+                let (what, found) = match key {
+                    "min_robot_clearance_m" => ("robot clearance", outcome.robots.clearance_m),
+                    _ => ("obstacle clearance", outcome.obstacles.clearance_m),
                 };
-                rows.number(item(what), expected.unwrap_or_default(), tidy(found), 0.02, "m");
+                rows.number(item(what), expect.number(key).unwrap_or_default(), tidy(found), 0.02, "m");
             }
-            "end" => {
-                for (i, end) in expect.end.iter().flat_map(|points| &points.0).enumerate() {
+            "end_m" => {
+                for (i, end) in expect.points(key).into_iter().flatten().enumerate() {
                     let item = item(&format!("end of robot {i}")).note("our tolerance: one tick of motion");
                     rows.vector(item, (*end).into(), outcome.end(i).map(tidy).into(), 0.05, "m");
                 }
             }
-            other => rows.exact(item(other).note("nothing here knows this key"), "compared", "not compared"),
+            other => rows.exact(item(plain(other)).note("nothing here knows this key"), "compared", "not compared"),
         }
     }
 }
 
 /// A point robot of radius 0.2 m at the origin, and what it is asked to do.
-struct Scene {
+struct Example {
     goal: [f64; 2],
     discs: Vec<([f64; 2], f64)>,
     robots: Vec<[f64; 2]>,
 }
 
-impl Scene {
+impl Example {
     fn plan(&self, params: &[(&str, ParamValue)]) -> Plan {
         let values: ParamValues = params.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
         let method = find("decentralized-apf").expect("the method exists");
@@ -146,7 +151,7 @@ fn literal(eta: f64, power: i64) -> [(&'static str, ParamValue); 4] {
 /// Section 5 of the specification, 1 to 5.
 fn examples(rows: &mut Rows<'_>) {
     let far = [3.0, 4.0];
-    let alone = Scene { goal: far, discs: Vec::new(), robots: Vec::new() };
+    let alone = Example { goal: far, discs: Vec::new(), robots: Vec::new() };
     let pull = |params: &[(&str, ParamValue)]| alone.plan(params).attractive.into();
     rows.vector(Item::new("example 1: attraction"), far, pull(&literal(1.0, 2)), PRINTED, "m/s");
     rows.vector(Item::new("example 1: attraction with its limit"), [0.6, 0.8], pull(&[]), PRINTED, "m/s");
@@ -160,7 +165,7 @@ fn examples(rows: &mut Rows<'_>) {
         (1.0, 1, 1.0, 0.0),
         (1.0, 2, 1.0, 0.0),
     ] {
-        let scene = Scene { goal: [9.0, 0.0], discs: vec![([0.0, -p], 0.3)], robots: Vec::new() };
+        let scene = Example { goal: [9.0, 0.0], discs: vec![([0.0, -p], 0.3)], robots: Vec::new() };
         let item = Item::new(format!("example 2: repulsion, eta {eta}, bracket to the power {power}, p {p} m"));
         rows.number(item, size, tidy(scene.plan(&literal(eta, power)).repulsive.norm()), PRINTED, "m/s");
     }
@@ -169,7 +174,7 @@ fn examples(rows: &mut Rows<'_>) {
         (3, 2, [-1.234568, 0.0], [0.0, 0.097656], [1.765432, 4.097656]),
         (4, 1, [-1.851852, 0.0], [0.0, 0.390625], [1.148148, 4.390625]),
     ] {
-        let scene = |discs: bool, robots: bool| Scene {
+        let scene = |discs: bool, robots: bool| Example {
             goal: far,
             discs: if discs { vec![([0.6, 0.0], 0.3)] } else { Vec::new() },
             robots: if robots { vec![[0.0, -0.8]] } else { Vec::new() },
@@ -186,7 +191,7 @@ fn examples(rows: &mut Rows<'_>) {
         term("sum", sum, both.attractive + both.repulsive);
     }
 
-    let plan = Scene { goal: far, discs: vec![([0.9, 0.0], 0.3)], robots: vec![[0.0, -0.8]] }.plan(&[]);
+    let plan = Example { goal: far, discs: vec![([0.9, 0.0], 0.3)], robots: vec![[0.0, -0.8]] }.plan(&[]);
     let Drive::Velocity(velocity) = plan.drive else { panic!("a point robot is asked for a velocity") };
     for (what, printed, ours) in [
         ("attraction", [0.6, 0.8], plan.attractive),
@@ -201,8 +206,8 @@ fn examples(rows: &mut Rows<'_>) {
 
 /// Section 5 of the specification, 6 to 8.
 fn places_of_rest(rows: &mut Rows<'_>) {
-    let rest = |name: &str| run(environment(name), "recommended", BodyKind::Point).run();
-    let mut place = |what: &str, printed: [f64; 2], outcome: &Outcome, robot: usize| {
+    let rest = |name: &str| run(scene(name), "recommended", BodyKind::Point).run();
+    let mut place = |what: &str, printed: [f64; 2], outcome: &Stepper, robot: usize| {
         let item = Item::new(format!("{what}, robot {robot}"));
         rows.vector(item, printed, outcome.end(robot).map(tidy).into(), PRINTED, "m");
     };
@@ -218,34 +223,30 @@ fn places_of_rest(rows: &mut Rows<'_>) {
 /// Section 6 of the specification: the optional aid frees both traps.
 fn aid(rows: &mut Rows<'_>) {
     for (name, force, push_s, expected_s) in [("apf_headon", 0.2, 1.0, 9.15), ("apf_two_disc_trap", 0.5, 3.0, 14.4)] {
-        let mut run = run(environment(name), "recommended", BodyKind::Point);
-        let aid = [
-            ("aid", ParamValue::Bool(true)),
-            ("aid_force", ParamValue::Float(force)),
-            ("aid_push_s", ParamValue::Float(push_s)),
-        ];
-        run.params.extend(aid.map(|(name, value)| (name.to_owned(), value)));
+        let run = run(scene(name), "recommended", BodyKind::Point)
+            .with("aid", ParamValue::Bool(true))
+            .with("aid_force", ParamValue::Float(force))
+            .with("aid_push_s", ParamValue::Float(push_s));
         let item = Item::new(format!("{name} recommended-point with the aid against deadlock: arrival of robot 0"))
             .note("the aid is the specification's, not the paper's");
-        rows.number(item, expected_s, tidy(run.run().arrival_s[0].unwrap_or(-1.0)), 0.3, "s");
+        rows.number(item, expected_s, tidy(run.run().arrival_s(0).unwrap_or(-1.0)), 0.3, "s");
     }
 }
 
 fn series() -> Vec<Series> {
-    let environments = environments_of("apf_");
-    let figures = environments.flat_map(|environment| [("recommended", environment), ("literal", environment)]);
+    let figures = scenes_of("apf_").flat_map(|scene| [("recommended", scene), ("literal", scene)]);
     figures
-        .map(|(set, environment)| {
-            let outcome = run(environment, set, BodyKind::Point).run();
-            let lines = (0..environment.robots.len()).map(|i| (format!("robot {i}"), outcome.line(i)));
+        .map(|(set, scene)| {
+            let outcome = run(scene, set, BodyKind::Point).run();
+            let lines = (0..scene.scenario.robots.len()).map(|i| (format!("robot {i}"), outcome.line(i)));
             Series {
-                name: format!("decentralized-apf-{}-{set}", environment.name),
-                title: format!("{}: {set} law, point robots; obstacles where they start", environment.name),
+                name: format!("decentralized-apf-{}-{set}", scene.name),
+                title: format!("{}: {set} law, point robots; obstacles where they start", scene.name),
                 x: "x (m)".to_owned(),
                 y: "y (m)".to_owned(),
                 form: Form::Paths,
                 lines: lines.collect(),
-                discs: environment.obstacles.iter().map(|disc| [disc.center.x, disc.center.y, disc.radius]).collect(),
+                discs: scene.drawn(),
             }
         })
         .collect()

@@ -6,12 +6,13 @@
 
 pub mod amr_apf;
 pub mod decentralized_apf;
-pub mod environment;
+pub mod example;
 pub mod liquid;
 pub mod pso_via_points;
 pub mod row;
 pub mod rpoa;
-pub mod simulate;
+pub mod scene;
+pub mod stepper;
 
 pub use row::{Item, Paper, Row, Rows};
 

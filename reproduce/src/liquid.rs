@@ -14,14 +14,16 @@ mod drive;
 mod figures;
 mod words;
 
-use crate::environment::{Environment, Expect, environment, environments_of, number};
 use crate::row::{Item, Paper, Rows};
-use crate::simulate::tidy;
-use drive::{Descent, Khatib, Setup};
+use crate::scene::{Scene, goal, plain, scene, scenes_of};
+use crate::stepper::{Stepper, tidy};
+use drive::{Descent, Order, Setup, khatib, tail_extent};
 use geometry::Capsule;
+use model::{ParamValue, ParamValues};
 use nalgebra::Point2;
 use planners::Obstacle;
 use planners::liquid::{Candidate, Field, Law};
+use scenarios::Expectation;
 use std::ops::ControlFlow;
 
 /// The paper.
@@ -37,24 +39,24 @@ fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     rows.begin("worked examples")?;
     examples(rows);
     lengths(rows);
-    for environment in environments_of("liquid_") {
-        for expect in &environment.expect {
-            rows.begin(&format!("{} {}", environment.name, variant_name(expect)))?;
-            expectation(rows, environment, expect);
+    for scene in scenes_of("liquid_") {
+        for expect in scene.expectations() {
+            rows.begin(&format!("{} {}", scene.name, variant_name(expect)))?;
+            expectation(rows, scene, expect);
         }
     }
     words::rows(rows)
 }
 
-/// The potential of an environment, with these virtual obstacles.
+/// The potential of a scene, with these virtual obstacles.
 fn field<'a>(
-    environment: &Environment,
+    scene: &Scene,
     law: &'a Law,
     obstacles: &'a [Obstacle],
     virtual_obstacles: &'a [Point2<f64>],
 ) -> Field<'a> {
-    let robot = &environment.robots[0];
-    Field { law, k_v: law.k_v, agent_radius_m: robot.radius, goal: robot.goal, obstacles, virtual_obstacles }
+    let (robot, k_v) = (scene.robot(), law.k_v);
+    Field { law, k_v, agent_radius_m: robot.radius_m, goal: goal(robot), obstacles, virtual_obstacles }
 }
 
 /// A worked example: 1e-6 relative, or half of the last of so many printed decimals.
@@ -65,10 +67,9 @@ fn example(rows: &mut Rows<'_>, item: &str, oracle: f64, decimals: i32, ours: f6
 
 /// Section 5, checks 1 to 8.
 fn examples(rows: &mut Rows<'_>) {
-    let two = environment("liquid_two_obstacles");
-    let setup = Setup::of(two, &toml::Table::new());
-    let (law, obstacles) = (setup.law(), setup.obstacles(0.0));
-    let (start, goal) = (two.robots[0].start, two.robots[0].goal);
+    let two = scene("liquid_two_obstacles");
+    let (law, obstacles) = (Setup::of(two, &ParamValues::new()).law(), two.discs());
+    let (start, goal) = drive::ends(two);
     let plain = field(two, &law, &obstacles, &[]);
 
     let disc = Obstacle { shape: Capsule::disc(Point2::origin(), 1.5), ..obstacles[0] };
@@ -116,10 +117,10 @@ fn examples(rows: &mut Rows<'_>) {
         example(rows, &format!("6: P_v at {distance} m"), p, decimals, ours);
     }
 
-    let near_goal = environment("liquid_near_goal");
-    let around = Setup::of(near_goal, &toml::Table::new()).obstacles(0.0);
+    let near_goal = scene("liquid_near_goal");
+    let around = near_goal.discs();
     let near = field(near_goal, &law, &around, &[]);
-    let at_goal = near.bar(near_goal.robots[0].goal);
+    let at_goal = near.bar(drive::ends(near_goal).1);
     example(rows, "7: Pbar(goal)", 14.570249, 6, at_goal);
     example(rows, "7: Pbar one step to the left", 15.338709, 6, near.bar([2.9, 0.0].into()));
     let lowest = (0..=3000)
@@ -138,8 +139,7 @@ fn examples(rows: &mut Rows<'_>) {
 
 /// Section 2: lengths that follow from the gains.
 fn lengths(rows: &mut Rows<'_>) {
-    let free = environment("liquid_free");
-    let law = Setup::of(free, &toml::Table::new()).law();
+    let law = Setup::of(scene("liquid_free"), &ParamValues::new()).law();
     let steeper = |k: f64| (2.0 * k / law.k_t).cbrt();
     let mut row = |item: &str, oracle: f64, decimals: i32, ours: f64| {
         let item = Item { item: format!("length: {item}"), ..Item::default() };
@@ -155,66 +155,82 @@ fn lengths(rows: &mut Rows<'_>) {
     }
 }
 
-/// The rule set of an expectation, with what it changes.
-fn variant_name(expect: &Expect) -> String {
-    let change = |key: &String| format!(", {key} = {}", number(&expect.overrides, key));
-    format!("{}{}", expect.method, expect.overrides.keys().map(change).collect::<String>())
+/// The rule set of an expectation, with what it changes, in the paper's symbols.
+fn variant_name(expect: &Expectation) -> String {
+    let change = |(key, value): (&String, &ParamValue)| {
+        let symbol = match key.as_str() {
+            "k_v" => "K_v",
+            "v_r_m" => "V_r",
+            other => other,
+        };
+        format!(", {symbol} = {value}")
+    };
+    format!("{}{}", expect.method, expect.params.iter().map(change).collect::<String>())
 }
 
-/// All rows of one `[[expect]]`.
-fn expectation(rows: &mut Rows<'_>, environment: &Environment, expect: &Expect) {
-    let setup = Setup { budget: expect.virtual_obstacle_budget, ..Setup::of(environment, &expect.overrides) };
-    let mut results = Results { rows, environment, expect, used: Vec::new() };
+/// All rows of one `[[paper.expect]]`.
+fn expectation(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation) {
+    let mut setup = Setup::of(scene, &expect.params);
+    setup.budget = expect.virtual_obstacles_max.unwrap_or(setup.budget);
+    let mut results = Results { rows, scene, expect, used: Vec::new() };
     match expect.method.as_str() {
         "liquid-offline" => results.descent(&setup.offline()),
         "liquid-online" => results.descent(&setup.online()),
-        "khatib-second-order" => results.khatib(&Khatib::run(environment, "khatib_second_order")),
-        "khatib-first-order" => results.khatib(&Khatib::run(environment, "khatib_first_order")),
+        "khatib-second-order" => results.khatib(&khatib(scene, Order::Second)),
+        "khatib-first-order" => results.khatib(&khatib(scene, Order::First)),
         other => panic!("unknown rule set {other}"),
     }
-    let unused: Vec<&str> = expect.results().into_iter().filter(|key| !results.used.contains(key)).collect();
-    assert!(unused.is_empty(), "{}: nothing compares {unused:?}", environment.name);
+    let unused: Vec<&str> = expect.results().filter(|key| !results.used.contains(key)).collect();
+    assert!(unused.is_empty(), "{}: nothing compares {unused:?}", scene.name);
 }
 
 /// Rows of an expectation; remembers which of its keys have one.
 struct Results<'a, 'b> {
     rows: &'a mut Rows<'b>,
-    environment: &'a Environment,
-    expect: &'a Expect,
+    scene: &'a Scene,
+    expect: &'a Expectation,
     used: Vec<&'static str>,
 }
 
 impl Results<'_, '_> {
     fn item(&mut self, key: &'static str) -> Item {
         self.used.push(key);
-        let item = format!("{} {}: {}", self.environment.name, variant_name(self.expect), key.replace('_', " "));
-        let printed = words::printed(&self.environment.name, &self.expect.method, key);
+        let item = format!("{} {}: {}", self.scene.name, variant_name(self.expect), plain(key).replace('_', " "));
+        let printed = words::printed(&self.scene.name, &self.expect.method, plain(key));
         let note = printed.map_or("", |_| "the paper's number is for its own map, which it does not give");
         Item { item, paper_value: printed.map(str::to_owned), note: note.to_owned() }
     }
 
-    fn descent(&mut self, ours: &Descent) {
-        let expect = self.expect;
-        if let Some(oracle) = expect.arrives {
-            let item = self.item("arrives");
-            self.rows.exact(item, oracle, ours.arrives);
+    /// The row of a number in metres or seconds, if it is expected.
+    fn number(&mut self, key: &'static str, ours: f64, tolerance: f64) {
+        if let Some(oracle) = self.expect.number(key) {
+            let (item, unit) = (self.item(key), if key.ends_with("_s") { "s" } else { "m" });
+            self.rows.number(item, oracle, tidy(ours), tolerance, unit);
         }
-        for (key, oracle, ours) in [
-            ("virtual_obstacles", expect.virtual_obstacles, ours.virtual_obstacles.len()),
-            ("computation_rounds", expect.computation_rounds, ours.rounds),
-            ("motion_steps", expect.motion_steps, ours.steps()),
+    }
+
+    fn arrives(&mut self, ours: bool) {
+        if let Some(oracle) = self.expect.flag("arrives") {
+            let item = self.item("arrives");
+            self.rows.exact(item, oracle, ours);
+        }
+    }
+
+    fn descent(&mut self, ours: &Descent) {
+        self.arrives(ours.arrives);
+        for (key, ours) in [
+            ("virtual_obstacles", ours.virtual_obstacles.len()),
+            ("computation_rounds", ours.rounds),
+            ("motion_steps", ours.steps()),
         ] {
-            if let Some(oracle) = oracle {
+            if let Some(oracle) = self.expect.count(key) {
                 let item = self.item(key);
-                self.rows.exact(item, oracle, ours);
+                self.rows.exact(item, oracle as usize, ours);
             }
         }
-        if let Some(oracle) = expect.min_clearance {
-            let item = self.item("min_clearance");
-            self.rows.number(item, oracle, tidy(ours.clearance(self.environment)), 0.0005, "m");
-        }
-        if let Some(oracle) = &expect.virtual_obstacle_positions {
-            let item = self.item("virtual_obstacle_positions");
+        self.number("min_clearance_m", ours.clearance(self.scene), 0.0005);
+        if let Some(oracle) = self.expect.points("virtual_obstacle_positions_m") {
+            let item = self.item("virtual_obstacle_positions_m");
             let off = |(a, b): (&Point2<f64>, &Point2<f64>)| (a - b).amax();
             let worst = oracle.iter().zip(&ours.virtual_obstacles).map(off).fold(0.0, f64::max);
             let ok = oracle.len() == ours.virtual_obstacles.len() && worst <= 0.5e-4 * (1.0 + 1e-9);
@@ -224,31 +240,17 @@ impl Results<'_, '_> {
         }
     }
 
-    fn khatib(&mut self, ours: &Khatib) {
-        let expect = self.expect;
-        if let Some(oracle) = expect.arrives {
-            let item = self.item("arrives");
-            self.rows.exact(item, oracle, ours.arrival_s.is_some());
-        }
-        if let Some(oracle) = expect.time {
-            let item = self.item("time");
-            self.rows.number(item, oracle, tidy(ours.arrival_s.unwrap_or(f64::NAN)), 0.01, "s");
-        }
-        if let Some(oracle) = &expect.end {
-            let item = self.item("end");
-            let off = (oracle.0[0] - ours.end()).amax();
-            let (oracle, ours) = (points(&oracle.0, 3), points(&[ours.end()], 6));
+    fn khatib(&mut self, ours: &Stepper) {
+        self.arrives(ours.all_arrived());
+        self.number("time_s", ours.arrival_s(0).unwrap_or(f64::NAN), 0.01);
+        if let Some(oracle) = self.expect.points("end_m") {
+            let item = self.item("end_m");
+            let off = (oracle[0] - ours.end(0)).amax();
+            let (oracle, ours) = (points(oracle, 3), points(&[ours.end(0)], 6));
             self.rows.push(item, Some(oracle), ours, "± 0.001 m in x and y".into(), off <= 0.001);
         }
-        for (key, oracle, ours, tolerance) in [
-            ("distance_to_goal", expect.distance_to_goal, ours.distance_to_goal(self.environment), 0.001),
-            ("tail_extent", expect.tail_extent, ours.tail_extent(), 0.0001),
-        ] {
-            if let Some(oracle) = oracle {
-                let item = self.item(key);
-                self.rows.number(item, oracle, tidy(ours), tolerance, "m");
-            }
-        }
+        self.number("distance_to_goal_m", ours.distance_to_goal(0), 0.001);
+        self.number("tail_extent_m", tail_extent(ours), 0.0001);
     }
 }
 

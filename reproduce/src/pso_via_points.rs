@@ -24,8 +24,8 @@ mod expectations;
 pub mod fleet;
 mod series;
 
-use crate::environment::environments_of;
 use crate::row::{Paper, Rows};
+use crate::scene::scenes_of;
 use std::ops::ControlFlow;
 
 /// The paper.
@@ -40,10 +40,10 @@ pub static PAPER: Paper = Paper {
 fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     rows.begin("worked examples")?;
     examples::rows(rows);
-    for environment in environments_of("pso_") {
-        for expect in &environment.expect {
-            rows.begin(&format!("{} {}", environment.name, expect.method))?;
-            expectations::rows(rows, environment, expect);
+    for scene in scenes_of("pso_") {
+        for expect in scene.expectations() {
+            rows.begin(&format!("{} {}", scene.name, expect.method))?;
+            expectations::rows(rows, scene, expect);
         }
     }
     claims::rows(rows)?;

@@ -16,13 +16,15 @@ mod effects;
 mod examples;
 mod figures;
 
-use crate::environment::{Environment, Expect, environments_of};
 use crate::row::{Item, Paper, Rows};
-use crate::simulate::{Run, tidy};
+use crate::scene::{Scene, plain, scenes_of};
+use crate::stepper::{Rules, Run, tidy};
+pub use effects::as_in_the_runtime;
 use effects::{claims, effects};
 use examples::examples;
 use model::ParamValue;
 use nalgebra::Vector2;
+use scenarios::Expectation;
 use std::ops::{ControlFlow, RangeInclusive};
 
 /// The paper.
@@ -40,6 +42,9 @@ const PRINTED: f64 = 0.5e-6;
 /// Why the extremes of random runs have the tolerances they have.
 const RANGE_NOTE: &str = "our tolerance: the range of this extreme over ten sets of seeds";
 
+/// The paper's programs give up after this time, s.
+const LIMIT_S: f64 = 100.0;
+
 /// The environments that the basic rule solves as it should.
 const REGULAR: [&str; 6] =
     ["rpoa_static", "rpoa_static_moved4", "rpoa_moving6", "rpoa_orbiter", "rpoa_moving_target", "rpoa_khan2014"];
@@ -47,10 +52,10 @@ const REGULAR: [&str; 6] =
 fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     rows.begin("worked examples")?;
     examples(rows);
-    for environment in environments_of("rpoa_") {
-        for expect in &environment.expect {
-            rows.begin(&format!("{} {}", environment.name, expect.method))?;
-            compare(rows, environment, expect);
+    for scene in scenes_of("rpoa_") {
+        for expect in scene.expectations() {
+            rows.begin(&format!("{} {}", scene.name, expect.method))?;
+            compare(rows, scene, expect);
         }
     }
     rows.begin("effects")?;
@@ -60,27 +65,29 @@ fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// RPOA as the paper has it: without the guard.
-pub fn rpoa<'a>(environment: &'a Environment, angles: &str, seed: u64) -> Run<'a> {
-    let run = Run { seed, ..Run::new(environment, "rpoa", environment.params("rpoa").clone()) };
-    with(with(run, "angles", ParamValue::Choice(angles.to_owned())), "guard", ParamValue::Bool(false))
+/// RPOA as the paper has it: without the guard, at one radius of its particles a tick.
+pub fn rpoa(scene: &Scene, angles: &str, seed: u64) -> Run {
+    let params = [
+        ("step_radius", ParamValue::Float(0.1)),
+        ("angles", ParamValue::Choice(angles.to_owned())),
+        ("guard", ParamValue::Bool(false)),
+    ];
+    let run = Run::of(scene, "rpoa", &params).seeded(seed).for_seconds(LIMIT_S);
+    run.each(|robot| robot.limits.speed_mps_max = f64::INFINITY)
 }
 
-fn with<'a>(mut run: Run<'a>, name: &str, value: ParamValue) -> Run<'a> {
-    run.params.insert(name.to_owned(), value);
-    run
-}
-
-/// The compared field, equations (8) and (9): our `apf` without limit of the pull.
-pub fn field<'a>(environment: &'a Environment, dt_s: Option<f64>) -> Run<'a> {
-    let mut set = environment.params("apf").clone();
-    for (paper, ours) in [("xi", "k_att"), ("eta", "k_rep"), ("rho0", "influence_m")] {
-        let value = set.remove(paper).unwrap_or_else(|| panic!("{} has no `{paper}`", environment.name));
-        set.insert(ours.to_owned(), value);
-    }
-    set.insert("attract_cap_m".to_owned(), toml::Value::Float(0.0));
-    let run = Run::new(environment, "apf", set);
-    Run { dt_s: dt_s.unwrap_or(run.dt_s), ..run }
+/// The compared field, equations (8) and (9): our `apf` without limit of the pull. It feels what RPOA sees.
+pub fn field(scene: &Scene, dt_s: Option<f64>) -> Run {
+    let sensed = scene.robot().params.get("sensor_range").cloned().unwrap_or(ParamValue::Float(1.0));
+    let params = [
+        ("k_att", ParamValue::Float(1.0)),
+        ("k_rep", ParamValue::Float(1.0)),
+        ("influence_m", sensed),
+        ("attract_cap_m", ParamValue::Float(0.0)),
+    ];
+    let run = Run::of(scene, "apf", &params).for_seconds(LIMIT_S);
+    let rules = Rules { dt_s: dt_s.unwrap_or(run.rules.dt_s), ..run.rules };
+    run.under(rules)
 }
 
 /// What came of several seeds of one run: when it arrived, s, and its smallest distance to an inflated surface, m.
@@ -89,9 +96,9 @@ pub struct Seeds(pub Vec<(Option<f64>, f64)>);
 
 impl Seeds {
     /// Runs these seeds.
-    pub fn run(run: &Run<'_>, seeds: RangeInclusive<u64>) -> Seeds {
-        let outcomes = seeds.map(|seed| Run { seed, ..run.clone() }.run());
-        Seeds(outcomes.map(|outcome| (outcome.arrival_s[0], outcome.obstacle_clearance)).collect())
+    pub fn run(run: &Run, seeds: RangeInclusive<u64>) -> Seeds {
+        let outcomes = seeds.map(|seed| run.clone().seeded(seed).run());
+        Seeds(outcomes.map(|outcome| (outcome.arrival_s(0), outcome.obstacles.clearance_m)).collect())
     }
 
     /// How many arrive.
@@ -136,45 +143,45 @@ impl Seeds {
     }
 }
 
-fn compare(rows: &mut Rows<'_>, environment: &Environment, expect: &Expect) {
+fn compare(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation) {
     match expect.seeds {
-        Some(seeds) => compare_random(rows, environment, expect, seeds),
-        None => compare_one(rows, environment, expect),
+        Some(seeds) => compare_random(rows, scene, expect, seeds),
+        None => compare_one(rows, scene, expect),
     }
 }
 
-fn item(environment: &Environment, expect: &Expect, what: &str) -> Item {
-    Item::new(format!("{} {}: {what}", environment.name, expect.method))
+fn item(scene: &Scene, expect: &Expectation, what: &str) -> Item {
+    Item::new(format!("{} {}: {what}", scene.name, expect.method))
 }
 
-fn compare_random(rows: &mut Rows<'_>, environment: &Environment, expect: &Expect, seeds: u32) {
-    let all = Seeds::run(&rpoa(environment, "random", 1), 1..=10 * u64::from(seeds));
+fn compare_random(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation, seeds: u32) {
+    let all = Seeds::run(&rpoa(scene, "random", 1), 1..=10 * u64::from(seeds));
     let sets: Vec<Seeds> = all.0.chunks(seeds as usize).map(|set| Seeds(set.to_vec())).collect();
     let found = &sets[0];
     for key in expect.results() {
-        let item = item(environment, expect, key);
-        let (expected, extreme, least, unit): (_, fn(&Seeds) -> f64, _, _) = match key {
+        let item = item(scene, expect, plain(key));
+        let (extreme, least, unit): (fn(&Seeds) -> f64, _, _) = match key {
             "arrivals" => {
-                count(rows, item, expect.arrivals, found.arrivals(), seeds);
+                count(rows, item, expect.count(key), found.arrivals(), seeds);
                 continue;
             }
             "collisions" => {
-                count(rows, item, expect.collisions, found.collisions(), seeds);
+                count(rows, item, expect.count(key), found.collisions(), seeds);
                 continue;
             }
-            "time_mean" => {
-                rows.number(item, given(expect.time_mean), tidy(found.time_mean()), 0.5, "s");
+            "time_mean_s" => {
+                rows.number(item, given(expect.number(key)), tidy(found.time_mean()), 0.5, "s");
                 continue;
             }
-            "time_min" => (expect.time_min, Seeds::time_min, 0.1, "s"),
-            "time_max" => (expect.time_max, Seeds::time_max, 0.1, "s"),
-            "min_clearance_worst" => (expect.min_clearance_worst, Seeds::clearance_worst, 0.03, "m"),
+            "time_min_s" => (Seeds::time_min, 0.1, "s"),
+            "time_max_s" => (Seeds::time_max, 0.1, "s"),
+            "min_clearance_worst_m" => (Seeds::clearance_worst, 0.03, "m"),
             _ => {
                 unknown(rows, item);
                 continue;
             }
         };
-        self::extreme(rows, item, given(expected), &sets, extreme, least, unit);
+        self::extreme(rows, item, given(expect.number(key)), &sets, extreme, least, unit);
     }
 }
 
@@ -194,41 +201,42 @@ fn extreme(
     rows.number(item.note(RANGE_NOTE), expected, tidy(extreme(&sets[0])), tolerance, unit);
 }
 
-fn compare_one(rows: &mut Rows<'_>, environment: &Environment, expect: &Expect) {
-    let item = |what: &str| item(environment, expect, what);
+fn compare_one(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation) {
+    let item = |what: &str| item(scene, expect, what);
     // Tolerances of times (s, and m of path at 1 m/s), clearances and places (m); a share of the value if that is more.
     let (run, time, clearance, place, share) = match expect.method.as_str() {
-        "rpoa-fixed-angles" => (rpoa(environment, "equal", 1), 0.2, 0.03, 0.1, 0.0),
-        "apf" => (field(environment, None), 0.1, 0.03, 0.1, 0.02),
-        "apf-dt-0.02" => (field(environment, Some(0.02)), 0.02, 0.03, 0.02, 0.02),
-        other => panic!("{}: unknown rule set `{other}`", environment.name),
+        "rpoa-fixed-angles" => (rpoa(scene, "equal", 1), 0.2, 0.03, 0.1, 0.0),
+        "apf" => (field(scene, None), 0.1, 0.03, 0.1, 0.02),
+        "apf-dt-0.02" => (field(scene, Some(0.02)), 0.02, 0.03, 0.02, 0.02),
+        other => panic!("{}: unknown rule set `{other}`", scene.name),
     };
     let outcome = run.run();
     for key in expect.results() {
-        let (expected, found, tolerance, unit) = match key {
+        let item = item(plain(key));
+        let (found, tolerance, unit) = match key {
             "arrives" => {
-                rows.exact(item(key), expect.arrives.unwrap_or_default(), outcome.arrives());
+                rows.exact(item, expect.flag(key).unwrap_or_default(), outcome.all_arrived());
                 continue;
             }
-            "end" => {
-                for end in expect.end.iter().flat_map(|points| &points.0) {
-                    rows.vector(item(key), (*end).into(), outcome.end(0).map(tidy).into(), place, "m");
+            "end_m" => {
+                for end in expect.points(key).into_iter().flatten() {
+                    rows.vector(item.clone(), (*end).into(), outcome.end(0).map(tidy).into(), place, "m");
                 }
                 continue;
             }
-            "time" => (expect.time, outcome.arrival_s[0].unwrap_or(-1.0), time, "s"),
-            "path_length" => (expect.path_length, outcome.path_length(0), time, "m"),
-            "min_clearance" => (expect.min_clearance, outcome.obstacle_clearance, clearance, "m"),
-            "distance_to_goal" => (expect.distance_to_goal, outcome.distance_to_goal(0), place, "m"),
-            other => {
-                unknown(rows, item(other));
+            "time_s" => (outcome.arrival_s(0).unwrap_or(-1.0), time, "s"),
+            "path_length_m" => (outcome.path_length(0), time, "m"),
+            "min_clearance_m" => (outcome.obstacles.clearance_m, clearance, "m"),
+            "distance_to_goal_m" => (outcome.distance_to_goal(0), place, "m"),
+            _ => {
+                unknown(rows, item);
                 continue;
             }
         };
-        let expected = given(expected);
+        let expected = given(expect.number(key));
         let tolerance =
-            if key == "min_clearance" { tolerance } else { tidy(f64::max(tolerance, share * expected.abs())) };
-        rows.number(item(key), expected, tidy(found), tolerance, unit);
+            if key == "min_clearance_m" { tolerance } else { tidy(f64::max(tolerance, share * expected.abs())) };
+        rows.number(item, expected, tidy(found), tolerance, unit);
     }
 }
 

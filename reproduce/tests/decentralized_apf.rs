@@ -1,11 +1,18 @@
-//! The decentralised potential field: every row of the paper, and what becomes of its environments in the runtime, where
+//! The decentralised potential field: every row of the paper, and what becomes of its scenes in the runtime, where
 //! poses are one tick old.
 
-use model::{BodyKind, ParamValues};
+use model::BodyKind;
 use shoal_reproduce::decentralized_apf::{PAPER, run};
-use shoal_reproduce::environment::environment;
-use shoal_reproduce::{Row, Rows, simulate::Run};
+use shoal_reproduce::scene::scene;
+use shoal_reproduce::stepper::{Rules, Run};
+use shoal_reproduce::{Row, Rows};
 use std::ops::ControlFlow;
+
+/// With poses of this age, which the robots know.
+fn with_old_poses(run: Run, delay_ticks: usize) -> Run {
+    let rules = Rules { delay_ticks, age_known: true, ..run.rules };
+    run.under(rules)
+}
 
 #[test]
 fn every_row_holds() {
@@ -30,16 +37,16 @@ fn poses_one_tick_old_do_as_well_as_fresh_ones() {
         ("apf_headon_offset", BodyKind::Point, 0.38, 0.38),
         ("apf_headon_offset", BodyKind::Unicycle, 0.38, 0.38),
     ] {
-        let fresh = run(environment(name), "recommended", kind);
-        let old = Run { delay_ticks: 1, age_known: true, ..fresh.clone() }.run();
-        let fresh = fresh.run();
+        let fresh = run(scene(name), "recommended", kind);
+        let (old, fresh) = (with_old_poses(fresh.clone(), 1).run(), fresh.run());
         let tolerance_s = if name == "apf_antipodal8" { 2.5 } else { 0.3 };
-        for (old_s, fresh_s) in old.arrival_s.iter().zip(&fresh.arrival_s) {
-            let (old_s, fresh_s) = (old_s.expect("arrives"), fresh_s.expect("arrives"));
+        for robot in 0..fresh.bodies().len() {
+            let (old_s, fresh_s) = (old.arrival_s(robot).expect("arrives"), fresh.arrival_s(robot).expect("arrives"));
             assert!((old_s - fresh_s).abs() <= tolerance_s + 1e-9, "{name} {kind:?}: {old_s:.2} against {fresh_s:.2}");
         }
-        assert!(old.robot_clearance >= robot_clearance, "{name} {kind:?}: robots {:.3}", old.robot_clearance);
-        assert!(old.obstacle_clearance >= obstacle_clearance, "{name} {kind:?}: discs {:.3}", old.obstacle_clearance);
+        let (robots_m, discs_m) = (old.robots.clearance_m, old.obstacles.clearance_m);
+        assert!(robots_m >= robot_clearance, "{name} {kind:?}: robots {robots_m:.3}");
+        assert!(discs_m >= obstacle_clearance, "{name} {kind:?}: discs {discs_m:.3}");
     }
 }
 
@@ -48,23 +55,20 @@ fn poses_one_tick_old_do_as_well_as_fresh_ones() {
 #[test]
 fn known_age_keeps_robots_clear_of_each_other() {
     for name in ["apf_antipodal8", "apf_cross4", "apf_dynamic", "apf_headon_offset"] {
-        let fresh = run(environment(name), "recommended", BodyKind::Point);
-        let outcome = Run { delay_ticks: 10, age_known: true, ..fresh }.run();
-        assert!(outcome.robot_clearance > 0.3, "{name}: {:.3}", outcome.robot_clearance);
-        assert!(outcome.arrives(), "{name}: {:?}", outcome.arrival_s);
+        let outcome = with_old_poses(run(scene(name), "recommended", BodyKind::Point), 10).run();
+        assert!(outcome.robots.clearance_m > 0.3, "{name}: {:.3}", outcome.robots.clearance_m);
+        assert!(outcome.all_arrived(), "{name}: {:?}", outcome.arrival_ticks);
     }
 }
 
-/// The other potential field gets through the same environments with its defaults.
+/// The other potential field gets through the same scenes with its defaults.
 #[test]
 fn khatib_arrives_without_contact() {
     for name in ["apf_antipodal8", "apf_cross4", "apf_dynamic", "apf_headon_offset", "apf_close_goals_15"] {
         for kind in [BodyKind::Point, BodyKind::Unicycle] {
-            let row = run(environment(name), "recommended", kind);
-            let params = ParamValues::new();
-            let outcome = Run { method: "apf", params, delay_ticks: 1, age_known: true, ..row }.run();
-            assert!(outcome.arrives(), "{name} {kind:?}: {:?}", outcome.arrival_s);
-            let clearance = outcome.robot_clearance.min(outcome.obstacle_clearance);
+            let outcome = with_old_poses(Run::of(scene(name), "apf", &[]).each(|robot| robot.kind = kind), 1).run();
+            assert!(outcome.all_arrived(), "{name} {kind:?}: {:?}", outcome.arrival_ticks);
+            let clearance = outcome.clearance_m();
             assert!(clearance > 0.15, "{name} {kind:?}: {clearance:.3}");
         }
     }

@@ -1,9 +1,9 @@
 //! The liquid methods: every row of the paper, its claims in words, and what is ours: fleets and other bodies.
 
-use model::{BodyKind, ParamValues};
-use shoal_reproduce::environment::environment;
+use model::BodyKind;
 use shoal_reproduce::liquid::PAPER;
-use shoal_reproduce::simulate::{Outcome, Run};
+use shoal_reproduce::scene::scene;
+use shoal_reproduce::stepper::{Run, Stepper};
 use shoal_reproduce::{Row, Rows};
 use std::ops::ControlFlow;
 
@@ -41,10 +41,8 @@ fn every_row_holds() {
     assert_eq!(ours("liquid_u_resonance liquid-online: arrives".into()), "false");
 }
 
-fn run(name: &str, method: &'static str, kind: BodyKind) -> Outcome {
-    let (environment, params) = (environment(name), ParamValues::new());
-    let (seed, delay_ticks, age_known, speed_mps_max, dt_s, t_max_s) = (1, 1, true, 1.0, 0.05, 60.0);
-    Run { environment, method, params, kind, seed, delay_ticks, age_known, speed_mps_max, dt_s, t_max_s }.run()
+fn run(name: &str, planner: &str, kind: BodyKind) -> Stepper {
+    Run::as_in_a_fleet(scene(name), planner, kind).run()
 }
 
 /// With default parameters and poses one tick old, as in the runtime: the fleets of the decentralised potential field.
@@ -55,8 +53,8 @@ fn fleets_arrive_without_contact() {
         for method in ["liquid", "liquid-online"] {
             for kind in [BodyKind::Point, BodyKind::Unicycle] {
                 let outcome = run(name, method, kind);
-                let clearance = outcome.robot_clearance.min(outcome.obstacle_clearance);
-                assert!(outcome.arrives(), "{name} {method} {kind:?}: {:?}", outcome.arrival_s);
+                let clearance = outcome.clearance_m();
+                assert!(outcome.all_arrived(), "{name} {method} {kind:?}: {:?}", outcome.arrival_ticks);
                 assert!(clearance > 0.15, "{name} {method} {kind:?}: {clearance:.3}");
             }
         }
@@ -72,11 +70,11 @@ fn single_robots_arrive_without_contact() {
         for method in ["liquid", "liquid-online"] {
             for kind in [BodyKind::Point, BodyKind::Unicycle] {
                 let outcome = run(name, method, kind);
-                assert!(outcome.arrives(), "{name} {method} {kind:?}");
+                assert!(outcome.all_arrived(), "{name} {method} {kind:?}");
                 assert!(
-                    outcome.obstacle_clearance > 0.05,
+                    outcome.obstacles.clearance_m > 0.05,
                     "{name} {method} {kind:?}: {:.3}",
-                    outcome.obstacle_clearance
+                    outcome.obstacles.clearance_m
                 );
             }
         }
@@ -84,6 +82,10 @@ fn single_robots_arrive_without_contact() {
     // The paper's own maps, for a unicycle that thinks first.
     for name in ["two_obstacles", "gap", "near_goal", "corridor", "ring_side", "u_shallow", "u_trap", "u_resonance"] {
         let outcome = run(&format!("liquid_{name}"), "liquid", BodyKind::Unicycle);
-        assert!(outcome.arrives() && outcome.obstacle_clearance > 0.0, "{name}: {:.3}", outcome.obstacle_clearance);
+        assert!(
+            outcome.all_arrived() && outcome.obstacles.clearance_m > 0.0,
+            "{name}: {:.3}",
+            outcome.obstacles.clearance_m
+        );
     }
 }

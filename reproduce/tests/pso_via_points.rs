@@ -4,9 +4,9 @@ use geometry::Elbow;
 use geometry::spline::length;
 use model::BodyKind;
 use planners::pso_via_points::field::Variant;
-use shoal_reproduce::environment::environment;
 use shoal_reproduce::pso_via_points::experiment::{Experiment, reduction_percent};
 use shoal_reproduce::pso_via_points::{PAPER, fleet};
+use shoal_reproduce::scene::scene;
 use shoal_reproduce::{Row, Rows};
 use std::ops::ControlFlow;
 
@@ -40,7 +40,7 @@ fn the_swarm_shortens_every_path_without_a_contact() {
         ("pso_mass_point_2", Variant::FadedBias, None, 6.2),
         ("pso_arm_1", Variant::Plain, Some(Elbow::Up), 4.1),
     ] {
-        let experiment = Experiment::new(environment(name));
+        let experiment = Experiment::new(scene(name));
         let raw = experiment.raw(base);
         for seed in 0..10 {
             let best = experiment.optimise(&raw.points, elbow, seed);
@@ -61,7 +61,7 @@ fn arms_keep_their_limits_and_their_sheet() {
         ("pso_arm_elbow_flip", Elbow::Down, true),
         ("pso_arm_elbow_flip", Elbow::Up, false),
     ] {
-        let run = fleet::run_arm(&Experiment::new(environment(name)), elbow, 60.0);
+        let run = fleet::run_arm(&Experiment::new(scene(name)), elbow);
         assert_eq!(run.arrival_s.is_some(), arrives, "{name} {elbow:?}: {:?}", run.arrival_s);
         assert!(run.within_limits && run.clearance_m >= 0.0, "{name} {elbow:?}: {:.3} m", run.clearance_m);
         assert!(arrives || run.tip_path_m == 0.0, "{name} {elbow:?}: moved {:.3} m", run.tip_path_m);
@@ -88,10 +88,14 @@ fn fleets_arrive_without_contact() {
         ("apf_two_disc_trap", f64::INFINITY, 0.05),
     ] {
         for kind in [BodyKind::Point, BodyKind::Unicycle] {
-            let outcome = fleet::run(environment(name), kind);
-            assert!(outcome.arrives(), "{name} {kind:?}: {:?}", outcome.arrival_s);
-            assert!(outcome.robot_clearance >= robots_m, "{name} {kind:?}: robots {:.3}", outcome.robot_clearance);
-            let clearance = outcome.obstacle_clearance;
+            let outcome = fleet::run(scene(name), kind);
+            assert!(outcome.all_arrived(), "{name} {kind:?}: {:?}", outcome.arrival_ticks);
+            assert!(
+                outcome.robots.clearance_m >= robots_m,
+                "{name} {kind:?}: robots {:.3}",
+                outcome.robots.clearance_m
+            );
+            let clearance = outcome.obstacles.clearance_m;
             assert!(clearance >= obstacles_m, "{name} {kind:?}: obstacles {clearance:.3}");
         }
     }
@@ -102,8 +106,12 @@ fn fleets_arrive_without_contact() {
 fn traps_of_the_field_are_left() {
     for name in ["liquid_two_obstacles", "liquid_u_resonance", "rpoa_u_trap"] {
         for kind in [BodyKind::Point, BodyKind::Unicycle] {
-            let outcome = fleet::run(environment(name), kind);
-            assert!(outcome.arrives() && outcome.obstacle_clearance > 0.0, "{name} {kind:?}: {:?}", outcome.arrival_s);
+            let outcome = fleet::run(scene(name), kind);
+            assert!(
+                outcome.all_arrived() && outcome.obstacles.clearance_m > 0.0,
+                "{name} {kind:?}: {:?}",
+                outcome.arrival_ticks
+            );
         }
     }
 }

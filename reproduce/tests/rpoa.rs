@@ -1,11 +1,11 @@
 //! Random particle optimisation: every row of the paper, and what becomes of the method in the runtime: with the guard,
 //! on unicycles, among other robots.
 
-use model::{BodyKind, ParamValue, ParamValues};
-use shoal_reproduce::environment::{environment, environments_of};
-use shoal_reproduce::rpoa::{PAPER, Seeds, field, rpoa};
-use shoal_reproduce::simulate::Run;
-use shoal_reproduce::{Rows, decentralized_apf};
+use model::{BodyKind, ParamValue};
+use shoal_reproduce::Rows;
+use shoal_reproduce::rpoa::{PAPER, Seeds, as_in_the_runtime, field, rpoa};
+use shoal_reproduce::scene::{scene, scenes_of};
+use shoal_reproduce::stepper::{Rules, Run};
 use std::ops::ControlFlow;
 
 /// What does not hold, and why; the rows say it too.
@@ -33,26 +33,27 @@ fn every_row_holds_but_the_named() {
 /// moving goal: it arrives later and drives farther. RPOA arrives everywhere here, with every seed, without contact.
 #[test]
 fn it_arrives_where_the_field_stands_circles_or_lags() {
-    let random = |name: &str| Seeds::run(&rpoa(environment(name), "random", 1), 1..=20);
+    let random = |name: &str| Seeds::run(&rpoa(scene(name), "random", 1), 1..=20);
     for name in ["rpoa_static_moved4", "rpoa_orbiter", "rpoa_moving_target"] {
         let seeds = random(name);
         assert_eq!((seeds.arrivals(), seeds.collisions()), (20, 0), "{name}: {seeds:?}");
     }
-    let stuck = field(environment("rpoa_static_moved4"), None).run();
-    let tail = &stuck.paths[0][stuck.paths[0].len() - 100..];
-    assert!(!stuck.arrives() && tail.iter().all(|p| (p - stuck.end(0)).norm() < 0.5), "{:?}", stuck.end(0));
-    let circling = field(environment("rpoa_orbiter"), None).run();
-    assert!(!circling.arrives() && circling.path_length(0) > 20.0, "{:.1} m", circling.path_length(0));
-    let late = field(environment("rpoa_moving_target"), None).run();
+    let stuck = field(scene("rpoa_static_moved4"), None).run();
+    let path = stuck.path(0);
+    let tail = &path[path.len() - 100..];
+    assert!(!stuck.all_arrived() && tail.iter().all(|p| (p - stuck.end(0)).norm() < 0.5), "{:?}", stuck.end(0));
+    let circling = field(scene("rpoa_orbiter"), None).run();
+    assert!(!circling.all_arrived() && circling.path_length(0) > 20.0, "{:.1} m", circling.path_length(0));
+    let late = field(scene("rpoa_moving_target"), None).run();
     let seeds = random("rpoa_moving_target");
-    assert!(late.arrival_s[0].is_some_and(|time_s| time_s > seeds.time_max()), "{:?} {seeds:?}", late.arrival_s);
+    assert!(late.arrival_s(0).is_some_and(|time_s| time_s > seeds.time_max()), "{:?} {seeds:?}", late.arrival_ticks);
 }
 
 /// Its own failures: concave groups, a disc that circles fast round the goal, and hills that overlap, through which it
 /// drives.
 #[test]
 fn it_fails_where_it_is_known_to_fail() {
-    let random = |name: &str| Seeds::run(&rpoa(environment(name), "random", 1), 1..=20);
+    let random = |name: &str| Seeds::run(&rpoa(scene(name), "random", 1), 1..=20);
     assert_eq!(random("rpoa_u_trap").arrivals(), 0);
     assert_eq!(random("rpoa_orbiter_fast").arrivals(), 0);
     let squeeze = random("rpoa_squeeze");
@@ -77,12 +78,11 @@ fn figures_show_who_takes_part() {
 /// With its guard the method touches nothing in any environment, at the price of not getting through some.
 #[test]
 fn guarded_robots_touch_nothing() {
-    for environment in environments_of("rpoa_") {
+    for scene in scenes_of("rpoa_") {
         for kind in [BodyKind::Point, BodyKind::Unicycle] {
-            let mut run = Run { kind, dt_s: 0.05, speed_mps_max: 1.0, ..rpoa(environment, "random", 1) };
-            run.params.insert("guard".to_owned(), ParamValue::Bool(true));
-            let seeds = Seeds::run(&run, 1..=5);
-            let name = &environment.name;
+            let run = as_in_the_runtime(rpoa(scene, "random", 1)).with("guard", ParamValue::Bool(true));
+            let seeds = Seeds::run(&run.each(|robot| robot.kind = kind), 1..=5);
+            let name = &scene.name;
             let solved = !["rpoa_orbiter_fast", "rpoa_squeeze", "rpoa_u_trap"].contains(&name.as_str());
             assert_eq!(seeds.collisions(), 0, "{name} {kind:?}: {seeds:?}");
             assert!(!solved || seeds.arrivals() == 5, "{name} {kind:?}: {seeds:?}");
@@ -94,21 +94,16 @@ fn guarded_robots_touch_nothing() {
 /// for ever.
 #[test]
 fn teams_arrive() {
-    for environment in environments_of("apf_") {
+    for scene in scenes_of("apf_") {
         for kind in [BodyKind::Point, BodyKind::Unicycle] {
-            let run = Run {
-                method: "rpoa",
-                params: ParamValues::new(),
-                delay_ticks: 1,
-                age_known: true,
-                kind,
-                ..decentralized_apf::run(environment, "recommended", BodyKind::Point)
-            };
+            let run = Run::of(scene, "rpoa", &[]).each(|robot| robot.kind = kind);
+            let rules = Rules::as_in_a_fleet(run.rules.dt_s);
+            let run = run.under(rules);
             for seed in 1..=3 {
-                let outcome = Run { seed, ..run.clone() }.run();
-                let name = format!("{} {kind:?} seed {seed}", environment.name);
-                assert!(outcome.arrives(), "{name}: {:?}", outcome.arrival_s);
-                let clearance = outcome.robot_clearance.min(outcome.obstacle_clearance);
+                let outcome = run.clone().seeded(seed).run();
+                let name = format!("{} {kind:?} seed {seed}", scene.name);
+                assert!(outcome.all_arrived(), "{name}: {:?}", outcome.arrival_ticks);
+                let clearance = outcome.clearance_m();
                 assert!(clearance > 0.0, "{name}: {clearance:.3}");
             }
         }

@@ -1,11 +1,12 @@
 //! Case 2 with the authors' programs of 2023: eight robots in twelve layouts of random pillars.
 
 use super::early::{RANGE_NOTE, TIME_S, around, nearby_range};
-use super::layouts::{Layout, case2, extra22};
+use super::layouts::{case2, extra22};
 use super::oracle::{ORACLE, authors_best, hundredth, list, number};
 use super::reduction_percent;
 use super::replay::{Outcome, Program, amr, dapf};
 use crate::row::{Item, Rows};
+use crate::scene::Scene;
 use planners::amr_apf::Preset;
 use planners::dapf::Variant;
 use serde_json::Value;
@@ -72,7 +73,7 @@ pub(super) fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-fn case2_row(rows: &mut Rows<'_>, item: Item, program: &Program, layout: &Layout, outcome: &Outcome, oracle: &Value) {
+fn case2_row(rows: &mut Rows<'_>, item: Item, program: &Program, layout: &Scene, outcome: &Outcome, oracle: &Value) {
     let words = |time_s: Option<f64>| time_s.map_or("not all arrive".to_owned(), |t| format!("{t:.1} s"));
     let (expected, ours) = (oracle.as_f64(), outcome.all_arrived().then(|| outcome.time_s()));
     let same = match (expected, ours) {

@@ -1,11 +1,13 @@
 //! The authors' programs of 2023 (presets `c1` and `p`, and their baselines): times of the specification's replays, to
 //! the printed digit where nothing is left to rounding.
 
-use super::layouts::{Layout, case1, demos};
+use super::layouts::{case1, demos};
 use super::oracle::{ORACLE, authors_best, by_robots, count, hundredth, list, number};
-use super::replay::{Method, Outcome, Program, Run, amr, amr_without_clusters, dapf};
+use super::replay::{Method, Outcome, Program, amr, amr_without_clusters, dapf};
 use super::{median, reduction_percent};
 use crate::row::{Item, Rows};
+use crate::scene::Scene;
+use crate::stepper::{Body, Stepper};
 use planners::amr_apf::{self, Circle, Preset, Side, Which};
 use planners::dapf::{self as baseline, Variant};
 use serde_json::Value;
@@ -80,14 +82,14 @@ pub(super) fn case1_rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
 }
 
 /// Time, arrivals, mean path, smallest distances: all of it, or where rounding decides the time within its range.
-fn replay_row(rows: &mut Rows<'_>, item: Item, program: &Program, layout: &Layout, outcome: &Outcome, oracle: &Value) {
+fn replay_row(rows: &mut Rows<'_>, item: Item, program: &Program, layout: &Scene, outcome: &Outcome, oracle: &Value) {
     let (time_s, arrived, path_m) = (number(&oracle[0]), count(&oracle[1]), number(&oracle[2]));
     let words = |time_s: f64, arrived: usize, path_m: f64, robots_m: Option<f64>, pillars_m: f64| {
         let robots = robots_m.map_or("-".to_owned(), |d| format!("{d:.3}"));
         format!("{time_s:.1} s, {arrived} arrived, {path_m:.2} m; nearest {robots} m, {pillars_m:.3} m")
     };
     let expected = words(time_s, arrived, path_m, oracle[3].as_f64(), number(&oracle[4]));
-    let robots_m = (layout.jobs.len() > 1).then_some(outcome.robots_m);
+    let robots_m = (layout.scenario.robots.len() > 1).then_some(outcome.robots_m);
     let ours = words(outcome.time_s(), outcome.arrived(), outcome.mean_path_m(), robots_m, outcome.pillars_m);
     let same = (outcome.time_s() - time_s).abs() <= TIME_S
         && outcome.arrived() == arrived
@@ -108,7 +110,7 @@ fn replay_row(rows: &mut Rows<'_>, item: Item, program: &Program, layout: &Layou
 /// as the stored digits are, then, for the tails of chaotic runs, ten times as far and more of them.
 pub(super) fn nearby_range(
     program: &Program,
-    layout: &Layout,
+    layout: &Scene,
     outcome: &Outcome,
     fits: impl Fn(&[Outcome]) -> bool,
 ) -> (String, bool) {
@@ -140,7 +142,8 @@ fn time_range<'a>(outcomes: impl Iterator<Item = &'a Outcome>) -> (f64, f64) {
 /// K8, K9, K12, and single runs that the text mentions.
 pub(super) fn single_rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     rows.begin("without pillars, demonstrations, late joiner")?;
-    let empty = Layout { pillars: Vec::new(), ..case1(1) };
+    let mut empty = case1(1);
+    empty.scenario.obstacles.clear();
     for (name, program, oracle, authors) in
         [("DAPF-lin", dapf(Variant::Lin), 50.3, "51.8 s"), ("AMR", amr(Preset::P), 39.8, "40.8 s")]
     {
@@ -211,15 +214,16 @@ fn authors_demo(key: &str, name: &str) -> Option<String> {
 }
 
 /// The layout with one robot moved a little, in every way the specification may mean.
-fn moved(layout: &Layout) -> Vec<Layout> {
+fn moved(layout: &Scene) -> Vec<Scene> {
     let mut all = Vec::new();
-    for robot in 0..layout.jobs.len() {
+    for robot in 0..layout.scenario.robots.len() {
         for step_m in [-0.014, -0.007, 0.007, 0.014] {
             for (x, y) in [(step_m, 0.0), (0.0, step_m)] {
                 for turn_rad in [0.0, 0.01] {
                     let mut layout = layout.clone();
-                    layout.jobs[robot].start += nalgebra::Vector2::new(x, y);
-                    layout.jobs[robot].heading_rad += turn_rad;
+                    let robot = &mut layout.scenario.robots[robot];
+                    robot.start += nalgebra::Vector2::new(x, y);
+                    robot.start_yaw_rad += turn_rad;
                     all.push(layout);
                 }
             }
@@ -231,39 +235,45 @@ fn moved(layout: &Layout) -> Vec<Layout> {
 /// K12: a robot that joins a running job is seen in the next cycle, and all arrive.
 fn late_joiner(rows: &mut Rows<'_>) {
     let program = amr(Preset::C1);
-    let layout = case1(2);
-    let mut job = case1(3).jobs[2];
-    let mut runs = [Run::new(&program, &layout), Run::new(&program, &layout)];
-    for run in &mut runs {
-        (0..50).for_each(|_| drop(run.step()));
-    }
+    let mut runs = two_runs(&program, 50);
     // It appears beside the first robot.
-    let near = runs[0].outcome().poses[49][0];
-    job.start = nalgebra::Point2::new(near[0] + 0.6, near[1] + 0.1);
-    runs[1].join(&job);
-    let [alone, joined] = runs.each_mut().map(Run::step);
+    let mut third = case1(3).scenario.robots.remove(2);
+    third.start = runs[0].end(0) + nalgebra::Vector2::new(0.6, 0.1);
+    program.prepare(&mut third);
+    runs[1].join(third, program.planner(2));
+    let [alone, joined] = runs.each_mut().map(after_a_step);
     let item = Item::new("K12 late joiner: the robot beside it reacts within one cycle");
     rows.exact(item, true, alone[0] != joined[0]);
     let [_, joined] = runs;
-    rows.exact(Item::new("K12 late joiner: arrivals of 3"), 3, joined.finish().arrived());
+    rows.exact(Item::new("K12 late joiner: arrivals of 3"), 3, program.finish(joined).arrived());
+}
+
+/// Two robots of case 1 after this number of cycles, twice.
+fn two_runs(program: &Program, cycles: usize) -> [Stepper; 2] {
+    [0, 1].map(|_| {
+        let mut run = program.begin(&case1(2));
+        (0..cycles).for_each(|_| run.step());
+        run
+    })
+}
+
+/// The robots after one more cycle.
+fn after_a_step(run: &mut Stepper) -> Vec<Body> {
+    run.step();
+    run.bodies().to_vec()
 }
 
 /// K12: a goal that changes on the way changes the robot's course in the next cycle, and all arrive.
 fn new_goal(rows: &mut Rows<'_>) {
     let program = amr(Preset::P);
-    let layout = case1(2);
-    let mut runs = [Run::new(&program, &layout), Run::new(&program, &layout)];
-    for run in &mut runs {
-        (0..100).for_each(|_| drop(run.step()));
-    }
+    let mut runs = two_runs(&program, 100);
     let goal = nalgebra::Point2::new(7.0, 4.9);
     runs[1].send(1, goal);
-    let [old, new] = runs.each_mut().map(Run::step);
+    let [old, new] = runs.each_mut().map(after_a_step);
     rows.exact(Item::new("K12 new goal: the robot turns within one cycle"), true, old[1] != new[1]);
     let [_, new] = runs;
-    let outcome = new.finish();
-    let end = outcome.poses.last().map_or([f64::NAN; 3], |poses| poses[1]);
-    let off_m = (nalgebra::Point2::new(end[0], end[1]) - goal).norm();
+    let outcome = program.finish(new);
+    let off_m = outcome.poses.last().map_or(f64::NAN, |bodies| (bodies[1].position - goal).norm());
     rows.exact(Item::new("K12 new goal: arrivals of 2"), 2, outcome.arrived());
     rows.number(Item::new("K12 new goal: distance from it at the end"), 0.0, hundredth(off_m), 0.06, "m");
 }

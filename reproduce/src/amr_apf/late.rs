@@ -1,10 +1,11 @@
 //! The authors' program of 2025 (preset `h` and its baseline): counts of control steps, to the last one.
 
-use super::layouts::{Layout, case1, case2};
+use super::layouts::{case1, case2};
 use super::oracle::{ORACLE, VECTORS, by_robots, count, hundredth, list, number, text};
 use super::replay::{Outcome, Program, amr, amr_without_clusters, dapf};
 use super::{median_steps, reduction_percent};
 use crate::row::{Item, Rows};
+use crate::scene::Scene;
 use planners::amr_apf::{self, Preset};
 use planners::dapf::Variant;
 use std::ops::{ControlFlow, RangeInclusive};
@@ -118,7 +119,8 @@ fn snapshots(rows: &mut Rows<'_>) {
             let step = count(&snapshot["step"]);
             for (robot, oracle) in list(&snapshot["poses"]).iter().enumerate() {
                 let oracle = [0, 1, 2].map(|i| number(&oracle[i]));
-                let ours = outcome.poses[step - 1][robot];
+                let body = &outcome.poses[step - 1][robot];
+                let ours = [body.position.x, body.position.y, body.yaw_rad];
                 let ok = oracle.iter().zip(ours).all(|(oracle, ours)| (oracle - ours).abs() <= SNAPSHOT);
                 let item = Item::new(format!("K5 H {method}, robot {}, pose after step {step}", robot + 1));
                 let text = |p: [f64; 3]| format!("({:.4}, {:.4}, {:.4})", p[0], p[1], p[2]);
@@ -185,7 +187,7 @@ fn words(program: &Program, outcome: &Outcome) -> String {
     format!("{slowest}:{}", outcome.arrived())
 }
 
-fn steps_range(program: &Program, layout: &Layout) -> RangeInclusive<usize> {
+fn steps_range(program: &Program, layout: &Scene) -> RangeInclusive<usize> {
     let steps: Vec<usize> = program.run_nearby(layout, 16, 0.000_05).iter().filter_map(Outcome::slowest).collect();
     steps.iter().copied().min().unwrap_or(0)..=steps.iter().copied().max().unwrap_or(0)
 }

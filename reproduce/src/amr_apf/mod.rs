@@ -1,7 +1,7 @@
 //! AMR-APF: worked examples, the programs' step counts to the last one, and the specification's replays of the paper's two
 //! experiments.
 //!
-//! Where things are: [`layouts`] has the paper's maps and jobs, [`replay`] the authors' order of planning and moving;
+//! Where things are: [`layouts`] has the paper's maps and jobs, [`replay`] the authors' programs as runs of the stepper;
 //! `vectors` the worked examples; `late` the program of 2025 (preset `h`), whose step counts are exact; `early` and
 //! `case2` those of 2023 (`c1`, `p`); `stored` what the authors' own runs say.
 //!
@@ -21,7 +21,9 @@ mod stored;
 mod vectors;
 
 use crate::row::{Form, Paper, Rows, Series};
-use layouts::{Layout, case1, case2, demos, radii_m};
+use crate::scene::Scene;
+use crate::stepper::line;
+use layouts::{case1, case2, demos, radii_m};
 use planners::amr_apf::Preset;
 use planners::dapf::Variant;
 use replay::{Outcome, Program, amr, dapf};
@@ -72,8 +74,8 @@ fn series() -> Vec<Series> {
     for (layout, figure) in demos().iter().zip(["single", "head-on", "crossing", "gate"]) {
         let mut layout = layout.clone();
         // Exactly symmetrical as drawn; a hair off, the two sides differ.
-        layout.jobs[0].start.y += 0.007;
-        layout.jobs[0].heading_rad += 0.01;
+        layout.robot_mut().start.y += 0.007;
+        layout.robot_mut().start_yaw_rad += 0.01;
         for (name, method, program) in
             [("p", "AMR-APF P", amr(Preset::P)), ("dapf-max4", "DAPF max4", dapf(Variant::Max4))]
         {
@@ -154,22 +156,23 @@ fn late_chart() -> Series {
     }
 }
 
-fn paths(name: &str, method: &str, program: &Program, layout: &Layout) -> Series {
+fn paths(name: &str, method: &str, program: &Program, layout: &Scene) -> Series {
     let outcome = program.run(layout);
-    let line = |robot: usize| {
-        let start = layout.jobs[robot].start;
-        let poses = outcome.poses.iter().map(|poses| [poses[robot][0], poses[robot][1]]);
-        (format!("robot {}", robot + 1), std::iter::once([start.x, start.y]).chain(poses).collect())
+    let path = |robot: usize| {
+        let start = layout.scenario.robots[robot].start;
+        let poses = outcome.poses.iter().map(|bodies| bodies[robot].position);
+        let path: Vec<_> = std::iter::once(start).chain(poses).collect();
+        (format!("robot {}", robot + 1), line(&path))
     };
-    let (_, pillar_m) = radii_m(false);
+    let (robots, (_, pillar_m)) = (layout.scenario.robots.len(), radii_m(false));
     Series {
         name: name.to_owned(),
-        title: format!("{}, {method}: paths, {} of {} arrive", layout.name, outcome.arrived(), layout.jobs.len()),
+        title: format!("{}, {method}: paths, {} of {} arrive", layout.name, outcome.arrived(), robots),
         x: "x (m)".to_owned(),
         y: "y (m)".to_owned(),
         form: Form::Paths,
-        lines: (0..layout.jobs.len()).map(line).collect(),
-        discs: layout.pillars[..layout.real_pillars].iter().map(|p| [p.x, p.y, pillar_m]).collect(),
+        lines: (0..robots).map(path).collect(),
+        discs: layout.drawn().into_iter().map(|[x, y, _]| [x, y, pillar_m]).collect(),
     }
 }
 

@@ -1,29 +1,31 @@
-//! Runs of the methods, as a robot's process runs them, with the paper's own update order.
+//! Runs of the methods, as a robot's process runs them, in the paper's own order of updates.
 
-use crate::environment::{Environment, number, values};
-use geometry::Capsule;
-use model::{BodyKind, Drive, Limits, ParamValue, ParamValues};
+use crate::scene::{Scene, discs, goal};
+use crate::stepper::{Arrival, Rules, Run, Stepper};
+use model::{ParamValue, ParamValues};
 use nalgebra::{Point2, Vector2};
 use planners::liquid::field::clearance;
 use planners::liquid::{Law, Liquid, LiquidOnline, Progress, offline, online};
-use planners::{Identity, Obstacle, PlanInput, Planner};
+use planners::{Identity, Planner};
 
 const NOBODY: Identity = Identity { seed: 1, robot: 0, incarnation: 0 };
+/// Length of a round, s: how far moving obstacles get.
+const DT_S: f64 = 0.1;
 /// Points reported along a step, for clearances.
 const SAMPLES: usize = 10;
-/// Ticks of a run of the descent: no run of the paper's environments needs as many.
+/// Ticks of a run of the descent: no run of the paper's scenes needs as many.
 const TICKS_MAX: usize = 200_000;
+/// Ways of the field give up after this time, s.
+const FIELD_S: f64 = 120.0;
 
-/// An environment with the parameters of a descent.
+/// A scene with the parameters of a descent.
 #[derive(Clone)]
 pub(super) struct Setup {
-    pub(super) environment: Environment,
-    /// Parameters of `liquid`, as they stand in the file, changed by an expectation.
-    pub(super) params: toml::Table,
-    /// Gives up after so many virtual obstacles.
-    pub(super) budget: Option<usize>,
-    /// Length of a round, s: how far moving obstacles get.
-    pub(super) dt_s: f64,
+    pub(super) scene: Scene,
+    /// Parameters that are not the methods' defaults, which are the paper's.
+    pub(super) changes: ParamValues,
+    /// Gives up after so many virtual obstacles; the specification tried up to 500 where a scene has no budget.
+    pub(super) budget: u32,
 }
 
 /// What came of a descent.
@@ -41,27 +43,25 @@ pub(super) struct Descent {
 }
 
 impl Setup {
-    pub(super) fn of(environment: &Environment, changes: &toml::Table) -> Setup {
-        let mut params = environment.params.get("liquid").cloned().unwrap_or_else(standard);
-        params.extend(changes.clone());
-        Setup { environment: environment.clone(), params, budget: None, dt_s: 0.1 }
+    pub(super) fn of(scene: &Scene, changes: &ParamValues) -> Setup {
+        let mut setup = Setup { scene: scene.clone(), changes: changes.clone(), budget: 500 };
+        let step_m = setup.law().step_m;
+        let robot = setup.scene.robot_mut();
+        // It makes a step in a tick, and arrives within one.
+        (robot.goal_tolerance_m, robot.limits.speed_mps_max) = (step_m, step_m / DT_S);
+        setup
     }
 
-    /// The paper's law: the parameters that both variants have, without what is ours.
+    /// The paper's law: the methods' defaults without what is ours.
     fn common(&self) -> ParamValues {
-        let number = |key| number(&self.params, key);
-        let mut table = toml::Table::new();
-        for (name, key) in [("step_m", "step"), ("k_o", "K_O"), ("k_t", "K_t"), ("k_v", "K_v"), ("v_r_m", "V_r")] {
-            table.insert(name.into(), toml::Value::Float(number(key)));
-        }
-        table.insert("directions".into(), toml::Value::Integer(number("directions") as i64));
-        table.insert("tolerance_steps".into(), toml::Value::Float(number("arrival_tolerance") / number("step")));
-        table.insert("v_r_cap_steps".into(), toml::Value::Float(0.0));
-        table.insert("no_jumping".into(), toml::Value::Boolean(false));
-        table.insert("neighbors".into(), toml::Value::Boolean(false));
-        // The specification tried up to 500 where a file has no budget.
-        table.insert("virtual_max".into(), toml::Value::Integer(self.budget.unwrap_or(500) as i64));
-        values(&table)
+        let ours = [
+            ("v_r_cap_steps", ParamValue::Float(0.0)),
+            ("no_jumping", ParamValue::Bool(false)),
+            ("neighbors", ParamValue::Bool(false)),
+            ("virtual_max", ParamValue::Int(self.budget.into())),
+        ];
+        let ours = ours.map(|(name, value)| (name.to_owned(), value));
+        ours.into_iter().chain(self.changes.clone()).collect()
     }
 
     pub(super) fn law(&self) -> Law {
@@ -81,24 +81,13 @@ impl Setup {
         LiquidOnline::new(online::Params::from_values(&values).expect("the parameters fit"), NOBODY)
     }
 
-    /// The obstacles at time `t`, s.
-    pub(super) fn obstacles(&self, t: f64) -> Vec<Obstacle> {
-        let disc = |(id, disc): (u32, &crate::environment::Disc)| Obstacle {
-            id,
-            shape: Capsule::disc(disc.center_at(t), disc.radius),
-            velocity: (disc.center_at(t + self.dt_s) - disc.center_at(t)) / self.dt_s,
-        };
-        (0..).zip(&self.environment.obstacles).map(disc).collect()
-    }
-
     /// Thinks, then drives what it found.
     pub(super) fn offline(&self) -> Descent {
-        let mut liquid = self.liquid();
         let over = |liquid: &Liquid| liquid.search().progress() == Progress::Failed;
-        let (arrives, path) = self.drive(&mut liquid, over);
-        let search = liquid.search();
+        let stepper = self.drive(self.liquid(), over);
+        let (arrives, path, search) = (stepper.all_arrived(), driven(&stepper), stepper.planners[0].search());
         // Driving found is driving thought, step for step.
-        assert!(!arrives || path.len() == search.path().len(), "{}", self.environment.name);
+        assert!(!arrives || path.len() == search.path().len(), "{}", self.scene.name);
         Descent {
             arrives,
             virtual_obstacles: search.virtual_obstacles().to_vec(),
@@ -111,10 +100,10 @@ impl Setup {
 
     /// Drives while it thinks.
     pub(super) fn online(&self) -> Descent {
-        let mut liquid = self.liquid_online();
-        let (arrives, path) = self.drive(&mut liquid, LiquidOnline::gave_up);
+        let stepper = self.drive(self.liquid_online(), LiquidOnline::gave_up);
+        let (path, liquid) = (driven(&stepper), &stepper.planners[0]);
         Descent {
-            arrives,
+            arrives: stepper.all_arrived(),
             virtual_obstacles: liquid.virtual_obstacles().to_vec(),
             rounds: liquid.rounds(),
             last_run: path.len() - 1,
@@ -123,83 +112,27 @@ impl Setup {
         }
     }
 
-    /// A point robot that makes a step in a tick, until it is at the goal, or until `over`.
-    fn drive<P: Planner>(&self, planner: &mut P, over: impl Fn(&P) -> bool) -> (bool, Vec<Point2<f64>>) {
-        let robot = &self.environment.robots[0];
-        let tolerance = number(&self.params, "arrival_tolerance");
-        let speed_mps_max = number(&self.params, "step") / self.dt_s;
-        let mut path = vec![robot.start];
-        let mut q = robot.start;
-        let still = self.environment.obstacles.iter().all(|disc| disc.motion.is_none());
-        let mut obstacles = self.obstacles(0.0);
-        for tick in 0..TICKS_MAX {
-            if (q - robot.goal).norm() <= tolerance {
-                return (true, path);
-            }
-            if !still {
-                obstacles = self.obstacles(tick as f64 * self.dt_s);
-            }
-            let map = if still { &*obstacles } else { &[] };
-            let input = PlanInput {
-                goal_tolerance_m: tolerance,
-                goal_yaw_rad: None,
-                goal_yaw_tolerance_rad: 0.1,
-                ..input(tick, self.dt_s, q, Vector2::zeros(), robot, speed_mps_max, &obstacles, map)
-            };
-            let Drive::Velocity(velocity) = planner.plan(&input).drive else { panic!("a point gets a velocity") };
-            if velocity != Vector2::zeros() {
-                q += velocity * self.dt_s;
-                path.push(q);
-            } else if over(planner) {
+    /// Runs until the robot is at the goal, or stands because all is `over`.
+    fn drive<P: Planner>(&self, planner: P, over: impl Fn(&P) -> bool) -> Stepper<P> {
+        let mut stepper = Stepper::with_planners(&self.scene.scenario, Rules::snapshot(DT_S), vec![planner]);
+        while !stepper.all_arrived() && stepper.ticks() < TICKS_MAX {
+            stepper.step();
+            if stepper.bodies()[0].velocity == Vector2::zeros() && over(&stepper.planners[0]) {
                 break;
             }
         }
-        (false, path)
+        stepper
     }
 }
 
-/// The parameters of all environments that have any.
-fn standard() -> toml::Table {
-    crate::environment::environment("liquid_free").params("liquid").clone()
-}
-
-#[expect(clippy::too_many_arguments, reason = "each is a field of the input, in its order")]
-fn input<'a>(
-    tick: usize,
-    dt_s: f64,
-    position: Point2<f64>,
-    velocity: Vector2<f64>,
-    robot: &crate::environment::Robot,
-    speed_mps_max: f64,
-    obstacles: &'a [Obstacle],
-    map: &'a [Obstacle],
-) -> PlanInput<'a> {
-    PlanInput {
-        tick: tick as u64,
-        dt_s,
-        position,
-        yaw_rad: 0.0,
-        velocity,
-        radius_m: robot.radius,
-        kind: BodyKind::Point,
-        limits: Limits {
-            speed_mps_max,
-            reverse_mps_max: 0.0,
-            turning_radius_m_min: 0.0,
-            turn_radps_max: 0.0,
-            accel_mps2_max: f64::INFINITY,
-            turn_accel_radps2_max: f64::INFINITY,
-        },
-        goal: robot.goal,
-        goal_tolerance_m: robot.arrival_tolerance,
-        goal_yaw_rad: None,
-        goal_yaw_tolerance_rad: 0.1,
-        arrived: false,
-        obstacles,
-        neighbors: &[],
-        map,
-        arm: None,
-    }
+/// Where the robot was, without the ticks in which it stood and thought.
+fn driven<P>(stepper: &Stepper<P>) -> Vec<Point2<f64>> {
+    let bodies = stepper.history.iter().map(|bodies| bodies[0]);
+    bodies
+        .enumerate()
+        .filter(|(i, body)| *i == 0 || body.velocity != Vector2::zeros())
+        .map(|(_, b)| b.position)
+        .collect()
 }
 
 impl Descent {
@@ -214,85 +147,60 @@ impl Descent {
     }
 
     /// Smallest distance to an inflated disc along the path, m.
-    pub(super) fn clearance(&self, environment: &Environment) -> f64 {
-        let obstacles = Setup::of(environment, &toml::Table::new()).obstacles(0.0);
-        let radius = environment.robots[0].radius;
+    pub(super) fn clearance(&self, scene: &Scene) -> f64 {
+        let (obstacles, radius_m) = (discs(&scene.scenario), scene.robot().radius_m);
         let along = |ends: &[Point2<f64>]| {
             let point = |k: usize| ends[0] + (ends[1] - ends[0]) * (k as f64 / SAMPLES as f64);
-            (0..=SAMPLES).map(|k| clearance(&obstacles, radius, point(k))).fold(f64::INFINITY, f64::min)
+            (0..=SAMPLES).map(|k| clearance(&obstacles, radius_m, point(k))).fold(f64::INFINITY, f64::min)
         };
         self.path.windows(2).map(along).fold(f64::INFINITY, f64::min)
     }
 }
 
-/// A run of Khatib's field.
-#[derive(Clone, Debug)]
-pub(super) struct Khatib {
-    pub(super) arrival_s: Option<f64>,
-    pub(super) path: Vec<Point2<f64>>,
-    pub(super) dt_s: f64,
+/// Khatib's field, of first or second order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    First,
+    Second,
 }
 
-impl Khatib {
-    /// Runs a parameter set of an environment.
-    pub(super) fn run(environment: &Environment, set: &str) -> Khatib {
-        let table = environment.params(set);
-        let number = |key| number(table, key);
-        let second = number("order") == 2.0;
-        let float = |name: &str, value: f64| (name.to_owned(), ParamValue::Float(value));
-        let mut params: ParamValues = [
-            float("k_att", number("k_p")),
-            float("attract_cap_m", 0.0),
-            float("k_rep", number("eta")),
-            float("influence_m", number("rho0")),
-        ]
-        .into();
-        let order = if second { "second" } else { "first" };
-        params.insert("order".into(), ParamValue::Choice(order.into()));
-        if second {
-            params.extend([float("damping", number("k_v"))]);
-        }
-        let speed_mps_max = if second { f64::INFINITY } else { number("v_max") };
-        let speed_arrived = if second { number("arrival_speed") } else { f64::INFINITY };
-        let (dt_s, t_max_s, tolerance) = (number("dt"), number("t_max"), number("arrival_tolerance"));
+/// A run of Khatib's field in a scene, with the gains and the ticks of the specification.
+pub(super) fn khatib(scene: &Scene, order: Order) -> Stepper {
+    let (dt_s, k_rep, influence_m, word) = match order {
+        Order::First => (0.1, 1.0, 0.6, "first"),
+        Order::Second => (0.01, 0.25, 0.8, "second"),
+    };
+    let params = [
+        ("k_att", ParamValue::Float(1.0)),
+        ("attract_cap_m", ParamValue::Float(0.0)),
+        ("k_rep", ParamValue::Float(k_rep)),
+        ("influence_m", ParamValue::Float(influence_m)),
+        ("order", ParamValue::Choice(word.to_owned())),
+        ("damping", ParamValue::Float(1.0)),
+    ];
+    let (speed_mps_max, speed_arrived_mps) = match order {
+        Order::First => (1.0, f64::INFINITY),
+        Order::Second => (f64::INFINITY, 0.2),
+    };
+    let run = Run::of(scene, "apf", &params).each(|robot| robot.limits.speed_mps_max = speed_mps_max);
+    let rules = Rules { arrival: Arrival::Within { speed_mps: speed_arrived_mps }, ..Rules::snapshot(dt_s) };
+    let mut stepper = Stepper::new(&run.scenario, rules);
+    stepper.run((FIELD_S / dt_s).round() as usize);
+    stepper
+}
 
-        let method = planners::find("apf").expect("the method exists");
-        let mut planner = (method.build)(&params, NOBODY).expect("the parameters fit");
-        let obstacles = Setup::of(environment, &toml::Table::new()).obstacles(0.0);
-        let robot = &environment.robots[0];
-        let (mut q, mut v) = (robot.start, Vector2::zeros());
-        let mut run = Khatib { arrival_s: None, path: vec![q], dt_s };
-        let ticks = (t_max_s / dt_s).round() as usize;
-        for tick in 0..ticks {
-            let input = input(tick, dt_s, q, v, robot, speed_mps_max, &obstacles, &obstacles);
-            let Drive::Velocity(velocity) = planner.plan(&input).drive else { panic!("a point gets a velocity") };
-            v = velocity;
-            q += v * dt_s;
-            run.path.push(q);
-            if (q - robot.goal).norm() <= tolerance && v.norm() < speed_arrived {
-                run.arrival_s = Some((tick + 1) as f64 * dt_s);
-                break;
-            }
-        }
-        run
+/// Size of the box visited in the last 10 s, m.
+pub(super) fn tail_extent(stepper: &Stepper) -> f64 {
+    let (path, ticks) = (stepper.path(0), (10.0 / stepper.rules.dt_s).round() as usize);
+    let tail = &path[path.len().saturating_sub(ticks)..];
+    let (mut low, mut high) = (tail[0], tail[0]);
+    for p in tail {
+        (low, high) = (low.inf(p), high.sup(p));
     }
+    (high - low).amax()
+}
 
-    pub(super) fn end(&self) -> Point2<f64> {
-        self.path[self.path.len() - 1]
-    }
-
-    pub(super) fn distance_to_goal(&self, environment: &Environment) -> f64 {
-        (self.end() - environment.robots[0].goal).norm()
-    }
-
-    /// Size of the box visited in the last 10 s, m.
-    pub(super) fn tail_extent(&self) -> f64 {
-        let ticks = (10.0 / self.dt_s).round() as usize;
-        let tail = &self.path[self.path.len().saturating_sub(ticks)..];
-        let (mut low, mut high) = (tail[0], tail[0]);
-        for p in tail {
-            (low, high) = (low.inf(p), high.sup(p));
-        }
-        (high - low).amax()
-    }
+/// Start and goal of the robot.
+pub(super) fn ends(scene: &Scene) -> (Point2<f64>, Point2<f64>) {
+    (scene.robot().start, goal(scene.robot()))
 }

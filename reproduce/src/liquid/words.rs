@@ -1,16 +1,18 @@
 //! What the specification says about the experiments beside the expectations of the files, and what the paper prints.
 
-use super::drive::{Descent, Khatib, Setup};
-use crate::environment::{Disc, Environment, environment, environments_of};
+use super::drive::{Descent, Order, Setup, ends, khatib, tail_extent};
 use crate::row::{Item, Rows};
-use crate::simulate::tidy;
+use crate::scene::{Scene, scene, scenes_of};
+use crate::stepper::tidy;
+use geometry::Capsule;
+use model::{Obstacle, ParamValue, ParamValues, Shape};
 use nalgebra::{Point2, Vector2};
 use planners::liquid::{Budget, Progress, Search};
 use std::ops::ControlFlow;
 
-/// What the paper reports for the experiment that an environment stands in for.
-pub(super) fn printed(environment: &str, method: &str, key: &str) -> Option<&'static str> {
-    Some(match (environment, method, key) {
+/// What the paper reports for the experiment that a scene stands in for.
+pub(super) fn printed(scene: &str, method: &str, key: &str) -> Option<&'static str> {
+    Some(match (scene, method, key) {
         ("liquid_free", _, "arrives") => "arrives (ex. 1 case 1)",
         ("liquid_two_obstacles", "liquid-offline", "arrives") => "arrives (ex. 1 case 2)",
         ("liquid_two_obstacles", "liquid-offline", "virtual_obstacles") => "4 (ex. 1 case 2)",
@@ -36,8 +38,8 @@ pub(super) fn printed(environment: &str, method: &str, key: &str) -> Option<&'st
     })
 }
 
-fn changed(key: &str, value: f64) -> toml::Table {
-    [(key.to_owned(), toml::Value::Float(value))].into_iter().collect()
+fn changed(key: &str, value: f64) -> ParamValues {
+    [(key.to_owned(), ParamValue::Float(value))].into()
 }
 
 fn item(item: impl Into<String>) -> Item {
@@ -49,13 +51,13 @@ fn noted(text: impl Into<String>, note: impl Into<String>) -> Item {
 }
 
 fn unchanged(name: &str) -> Setup {
-    Setup::of(environment(name), &toml::Table::new())
+    Setup::of(scene(name), &ParamValues::new())
 }
 
 pub(super) fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
-    for environment in environments_of("liquid_") {
-        rows.begin(&format!("{} counts, clearance, perturbations", environment.name))?;
-        every_file(rows, environment);
+    for scene in scenes_of("liquid_") {
+        rows.begin(&format!("{} counts, clearance, perturbations", scene.name))?;
+        every_scene(rows, scene);
     }
     rows.begin("claims about single environments")?;
     sweep(rows);
@@ -76,11 +78,10 @@ pub(super) fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// Section 5, what holds in all files.
-fn every_file(rows: &mut Rows<'_>, environment: &Environment) {
-    let name = &environment.name;
-    let budget = Some(60);
-    let setup = Setup { budget, ..Setup::of(environment, &toml::Table::new()) };
+/// Section 5, what holds in all scenes.
+fn every_scene(rows: &mut Rows<'_>, scene: &Scene) {
+    let name = &scene.name;
+    let setup = Setup { budget: 60, ..Setup::of(scene, &ParamValues::new()) };
     let (offline, online) = (setup.offline(), setup.online());
 
     // Where the budget is used up, the last round finds one minimum more.
@@ -91,9 +92,9 @@ fn every_file(rows: &mut Rows<'_>, environment: &Environment) {
     let sum = online.steps() + online.virtual_obstacles.len() + last(&online);
     rows.exact(item(format!("{name} liquid-online: rounds = motion + virtual obstacles")), sum, online.rounds);
 
-    let depth = if environment.obstacles[0].radius > 1.0 { 0.001 } else { 0.004 };
+    let depth = if scene.discs()[0].shape.radius > 1.0 { 0.001 } else { 0.004 };
     for (method, ours) in [("liquid-offline", &offline), ("liquid-online", &online)] {
-        let clearance = ours.clearance(environment);
+        let clearance = ours.clearance(scene);
         if ours.arrives {
             let text = item(format!("{name} {method}: path clear of the inflated discs"));
             let (bound, tolerance) = (format!("≥ {} m", -depth), format!("≥ {} m", -depth));
@@ -106,43 +107,47 @@ fn every_file(rows: &mut Rows<'_>, environment: &Environment) {
         format!("{}, {}", one(offline), one(online))
     };
     let expected = counts(&offline, &online);
-    let with = |environment: Environment| Setup { environment, ..setup.clone() };
-    let found = |environment: Environment| {
-        let setup = with(environment);
+    let found = |scene: Scene| {
+        let setup = Setup { scene, ..setup.clone() };
         counts(&setup.offline(), &setup.online())
     };
     let shifts = [1e-9, 1e-8, 1e-7, 1e-6].map(|size| Vector2::new(size, -0.7 * size));
     let moved = shifts.map(|shift| {
-        let mut environment = environment.clone();
-        environment.robots[0].start += shift;
-        found(environment)
+        let mut scene = setup.scene.clone();
+        scene.robot_mut().start += shift;
+        found(scene)
     });
     let different = moved.iter().find(|counts| **counts != expected).unwrap_or(&expected).clone();
     let text = format!("{name}: counts offline, online, start moved by 1e-9 to 1e-6 m");
     rows.exact(noted(text, "four shifts; ours is the first that differs, if one does"), expected.clone(), different);
 
-    let mirrored = found(mapped(environment, |p| Point2::new(p.x, -p.y)));
+    let mirrored = found(mapped(&setup.scene, |p| Point2::new(p.x, -p.y)));
     let text = format!("{name}: counts offline, online, directions numbered backwards");
     rows.exact(noted(text, "the same as the world upside down"), expected.clone(), mirrored);
-    let swapped = found(mapped(environment, |p| Point2::new(p.y, p.x)));
+    let swapped = found(mapped(&setup.scene, |p| Point2::new(p.y, p.x)));
     let text = format!("{name}: counts offline, online, directions numbered by (7)");
     rows.exact(noted(text, "the same as x and y of the world exchanged"), expected, swapped);
 }
 
-fn mapped(environment: &Environment, map: impl Fn(Point2<f64>) -> Point2<f64>) -> Environment {
-    let mut environment = environment.clone();
-    for robot in &mut environment.robots {
-        (robot.start, robot.goal) = (map(robot.start), map(robot.goal));
+fn mapped(scene: &Scene, map: impl Fn(Point2<f64>) -> Point2<f64>) -> Scene {
+    let mut scene = scene.clone();
+    for robot in &mut scene.scenario.robots {
+        robot.start = map(robot.start);
+        robot.goals.iter_mut().for_each(|goal| *goal = map(*goal));
     }
-    for disc in &mut environment.obstacles {
-        disc.center = map(disc.center);
-    }
-    environment
+    let discs = scene.discs().into_iter().map(|disc| disc.shape);
+    scene.scenario.obstacles = discs.map(|disc| standing(map(disc.a), disc.radius)).collect();
+    scene
+}
+
+/// A disc that stands still.
+fn standing(center: Point2<f64>, radius: f64) -> Obstacle {
+    Obstacle { shape: Shape::Capsule(Capsule::disc(center, radius)), motion: None }
 }
 
 /// The gains that the sweep tries, and their runs.
 pub(super) fn sweep_runs() -> [(f64, Descent); 4] {
-    let run = |k_v: f64| Setup::of(environment("liquid_u_shallow"), &changed("K_v", k_v)).offline();
+    let run = |k_v: f64| Setup::of(scene("liquid_u_shallow"), &changed("k_v", k_v)).offline();
     [60.0, 10.0, 1.0, 0.1].map(|k_v| (k_v, run(k_v)))
 }
 
@@ -174,7 +179,7 @@ fn cup(rows: &mut Rows<'_>) {
 /// Section 3: a virtual obstacle that is wider than a step catches the online variant.
 fn blunt(rows: &mut Rows<'_>) {
     for (v_r, arrives) in [(0.06, true), (0.08, false)] {
-        let run = Setup::of(environment("liquid_ring_side"), &changed("V_r", v_r)).online();
+        let run = Setup::of(scene("liquid_ring_side"), &changed("v_r_m", v_r)).online();
         rows.exact(item(format!("liquid_ring_side liquid-online, V_r = {v_r}: arrives")), arrives, run.arrives);
         if !arrives {
             let first = run.virtual_obstacles[0];
@@ -189,22 +194,18 @@ fn blunt(rows: &mut Rows<'_>) {
 }
 
 fn chatter(rows: &mut Rows<'_>) {
-    let run = Khatib::run(environment("liquid_corridor"), "khatib_first_order");
+    let run = khatib(scene("liquid_corridor"), Order::First);
     let text = "liquid_corridor khatib-first-order: extent of the chatter at the mouth is about v_max dt";
-    rows.number(noted(text, "\"about\" read as 10 %"), 0.1, tidy(run.tail_extent()), 0.01, "m");
+    rows.number(noted(text, "\"about\" read as 10 %"), 0.1, tidy(tail_extent(&run)), 0.01, "m");
 }
 
 /// Section 2: the printed numbers taken literally let the agent jump through a wall.
 fn literal(rows: &mut Rows<'_>) {
-    let mut environment = environment("liquid_free").clone();
-    environment.name = "literal".into();
-    environment.robots[0].start = Point2::origin();
-    environment.robots[0].goal = Point2::new(350.0, 0.0);
-    let disc = |i: i32| Disc { center: Point2::new(175.0, f64::from(3 * i)), radius: 1.5, motion: None };
-    environment.obstacles = (-10..=10).map(disc).collect();
-    let mut changes = changed("step", 10.0);
-    changes.extend(changed("arrival_tolerance", 10.0));
-    let run = Setup::of(&environment, &changes).offline();
+    let mut scene = scene("liquid_free").clone();
+    scene.robot_mut().start = Point2::origin();
+    scene.robot_mut().goals = vec![Point2::new(350.0, 0.0)];
+    scene.scenario.obstacles = (-10..=10).map(|i| standing(Point2::new(175.0, f64::from(3 * i)), 1.5)).collect();
+    let run = Setup::of(&scene, &changed("step_m", 10.0)).offline();
     let text = "printed numbers taken literally: the agent jumps through a closed wall";
     let near = |x: f64| run.path.iter().any(|p| (p - Point2::new(x, 0.0)).norm() < 1e-9);
     let ours = format!("{}, over the wall from 170 to 180: {}", run.counts(), near(170.0) && near(180.0));
@@ -214,8 +215,7 @@ fn literal(rows: &mut Rows<'_>) {
 
 /// Section 6: moving obstacles, online; the obstacles are where they are when a round begins.
 fn moving(rows: &mut Rows<'_>, name: &str, oracle: usize) {
-    let environment = environment(name);
-    let run = Setup::of(environment, &toml::Table::new()).online();
+    let run = unchanged(name).online();
     let text = format!("{name} liquid-online: virtual obstacles/rounds/steps");
     rows.exact(noted(text, "0.1 s a round; arrival within a step"), format!("0/{oracle}/{oracle}"), run.counts());
 }
@@ -226,17 +226,17 @@ fn clogged(rows: &mut Rows<'_>) {
     let text = "liquid_clogged liquid-offline, budget 500: virtual obstacles/rounds";
     rows.exact(item(text), "500/34613".into(), format!("{}/{}", ours.virtual_obstacles.len(), ours.rounds));
     for (k_v, oracle) in [(10.0, "246/9076/34"), (1.0, "239/5105/33")] {
-        let run = Setup::of(environment("liquid_clogged"), &changed("K_v", k_v)).offline();
+        let run = Setup::of(scene("liquid_clogged"), &changed("k_v", k_v)).offline();
         let text = format!("liquid_clogged liquid-offline, K_v = {k_v}: virtual obstacles/rounds/steps");
         rows.exact(item(text), oracle.to_owned(), run.counts());
     }
     // What the method does by default: it falls back.
     let setup = unchanged("liquid_clogged");
-    let (law, obstacles) = (setup.law(), setup.obstacles(0.0));
-    let robot = &setup.environment.robots[0];
+    let (law, obstacles) = (setup.law(), setup.scene.discs());
+    let (start, goal) = ends(&setup.scene);
     let mut search = Search::new(Budget { virtual_max: 300, rounds_max: 20_000, fallbacks: 2 });
-    search.begin(robot.start, robot.goal);
-    while search.advance(&law, robot.radius, &obstacles, 50) == Progress::Thinking {}
+    search.begin(start, goal);
+    while search.advance(&law, setup.scene.robot().radius_m, &obstacles, 50) == Progress::Thinking {}
     let found = search.progress() == Progress::Found;
     let counts = (search.virtual_obstacles().len(), search.rounds(), search.path().len() - 1);
     let ours = format!("{found} with K_v = {}: {}/{}/{}", law.k_v / search.k_v_divisor(), counts.0, counts.1, counts.2);

@@ -2,9 +2,9 @@
 
 use super::expectations::{free_space, share_free};
 use super::experiment::{Experiment, Optimised, reduction_percent};
-use crate::environment::environment;
 use crate::row::{Item, Rows};
-use crate::simulate::{disc_at, tidy};
+use crate::scene::{disc_at, scene};
+use crate::stepper::tidy;
 use geometry::Elbow;
 use geometry::arm::{Room, Through, shortest_grid_path};
 use geometry::spline::length;
@@ -20,7 +20,7 @@ const SEEDS: u64 = 10;
 
 pub(super) fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     for (name, percent) in [("pso_mass_point_1", 10.0), ("pso_mass_point_2", 5.0)] {
-        let experiment = Experiment::new(environment(name));
+        let experiment = Experiment::new(scene(name));
         for variant in Variant::ORDER {
             let raw = experiment.raw(variant);
             if raw.arrived {
@@ -34,7 +34,7 @@ pub(super) fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
             }
         }
     }
-    let experiment = Experiment::new(environment("pso_arm_1"));
+    let experiment = Experiment::new(scene("pso_arm_1"));
     let raw = experiment.raw(Variant::Plain);
     rows.begin("pso_arm_1 swarm")?;
     reduces(rows, &experiment, "pso_arm_1 Plain elbow up", &raw, Some(Elbow::Up), 3.0);
@@ -113,7 +113,7 @@ fn side(rows: &mut Rows<'_>, variant: Variant, mut lengths_m: Vec<f64>, oracle: 
 /// The variants in the recommended order, and what comes of the plan as a robot makes it.
 fn order(rows: &mut Rows<'_>) {
     for (name, first) in [("pso_mass_point_1", Variant::Plain), ("pso_mass_point_2", Variant::Right)] {
-        let experiment = Experiment::new(environment(name));
+        let experiment = Experiment::new(scene(name));
         let query = Query {
             start: experiment.start,
             goal: experiment.goal,
@@ -135,8 +135,8 @@ fn order(rows: &mut Rows<'_>) {
 
 /// Check 9, and that the union of the sheets is not a space an arm can move in.
 fn sheets(rows: &mut Rows<'_>) {
-    let flip = Experiment::new(environment("pso_arm_elbow_flip"));
-    let one = Experiment::new(environment("pso_arm_1"));
+    let flip = Experiment::new(scene("pso_arm_elbow_flip"));
+    let one = Experiment::new(scene("pso_arm_1"));
     for (experiment, name, tip, oracle) in [
         (&flip, "pso_arm_elbow_flip", [1.6, 5.4], "elbow down"),
         (&flip, "pso_arm_elbow_flip", [1.0, 5.6], "elbow up"),
@@ -177,7 +177,7 @@ fn stops(rows: &mut Rows<'_>) {
         ("pso_arm_elbow_flip", Elbow::Up, "none"),
         ("pso_arm_elbow_flip", Elbow::Down, "23.021 m"),
     ] {
-        let experiment = Experiment::new(environment(name));
+        let experiment = Experiment::new(scene(name));
         let space = free_space(&experiment);
         let through = Through::SheetWithStops(elbow);
         let found = shortest_grid_path(&space, experiment.start, experiment.goal, through);
@@ -191,7 +191,7 @@ fn stops(rows: &mut Rows<'_>) {
 fn random_maps(rows: &mut Rows<'_>) {
     const MAPS: u32 = 200;
     let mut stream = Stream::new(1, 0, 0, "random maps");
-    let field = Experiment::new(environment("pso_mass_point_1")).recipe.field;
+    let field = Experiment::new(scene("pso_mass_point_1")).recipe.field;
     let walk = Walk { step_m: 0.1, tolerance_m: 0.1, steps_max: 600 };
     let (start, goal) = (Point2::new(0.5, 0.5), Point2::new(9.0, 8.5));
     let mut arrivals = [0u32; 5];

@@ -2,7 +2,8 @@
 
 use super::PRINTED;
 use crate::row::{Item, Rows};
-use crate::simulate::{disc_at, tidy};
+use crate::scene::disc_at;
+use crate::stepper::tidy;
 use geometry::spline::{Spline, length};
 use geometry::{ArmGeometry, Elbow};
 use nalgebra::{Point2, Vector2};

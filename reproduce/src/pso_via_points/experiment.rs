@@ -1,19 +1,21 @@
-//! One environment of the paper, and its runs: raw paths, swarms, the arm's free space.
+//! One scene of the paper, and its runs: raw paths, swarms, the arm's free space.
 
-use crate::environment::{Environment, Expect, take};
+use crate::scene::{Scene, goal};
 use geometry::arm::Room;
 use geometry::spline::length;
-use geometry::{ArmGeometry, ArmState, Capsule, Elbow};
+use geometry::{ArmGeometry, Elbow};
 use model::random::Stream;
-use nalgebra::{Point2, Vector2};
+use model::{ParamValues, Scenario};
+use nalgebra::Point2;
 use planners::Obstacle;
 use planners::pso_via_points::Params;
 use planners::pso_via_points::field::{Bodies, RawPath, Variant, raw_path};
 use planners::pso_via_points::planning::Recipe;
 use planners::pso_via_points::swarm::Swarm;
 use planners::pso_via_points::terrain::{Plane, Sheet, Terrain};
+use scenarios::Expectation;
 
-/// An environment, ready to run.
+/// A scene, ready to run.
 #[derive(Debug)]
 pub struct Experiment {
     /// Where the path begins, m.
@@ -24,11 +26,12 @@ pub struct Experiment {
     pub obstacles: Vec<Obstacle>,
     /// The arm, if it is one.
     pub arm: Option<ArmGeometry>,
-    /// Gains and settings of the file.
-    pub params: Params,
-    /// The same, as the method takes them.
+    /// Gains and settings, as the method takes them.
     pub recipe: Recipe,
-    /// Inner and outer radius within which the field keeps an arm's tip, m, as the file rounds them.
+    /// As a scenario.
+    pub scenario: Scenario,
+    /// Inner and outer radius within which the field keeps an arm's tip, m, to the centimetre as the specification has
+    /// them.
     ring: Option<(Point2<f64>, f64, f64)>,
 }
 
@@ -50,62 +53,26 @@ pub struct Optimised {
 }
 
 impl Experiment {
-    /// The environment with the parameters of its file. Panics at a key that is not known.
-    pub fn new(environment: &Environment) -> Experiment {
-        Experiment::with(environment, &toml::Table::new())
+    /// The scene with the paper's parameters, which are the method's defaults.
+    pub fn new(scene: &Scene) -> Experiment {
+        Experiment::with(scene, &ParamValues::new())
     }
 
-    /// The same with some parameters of the swarm replaced.
-    pub fn with(environment: &Environment, overrides: &toml::Table) -> Experiment {
-        let robot = &environment.robots[0];
-        let disc = |(id, disc): (usize, &crate::environment::Disc)| Obstacle {
-            id: id as u32,
-            shape: Capsule::disc(disc.center, disc.radius),
-            velocity: Vector2::zeros(),
-        };
-        let arm = robot.arm.map(|arm| {
-            let [low, high] = [0, 1].map(|end| [arm.joint1_degrees[end], arm.joint2_degrees[end]].map(f64::to_radians));
-            ArmGeometry {
-                base: arm.base,
-                links_m: arm.links,
-                link_radius_m: 0.0,
-                joint_min_rad: low,
-                joint_max_rad: high,
-            }
-        });
-        let (mut apf, mut pso) = (environment.params("apf").clone(), environment.params("pso").clone());
-        pso.extend(overrides.clone());
-        let mut params = if arm.is_some() { Params::arm() } else { Params::default() };
-        params.k_att = take(&mut apf, "K_a");
-        params.k_rep = take(&mut apf, "K_rep");
-        params.influence = take(&mut apf, "d0");
-        params.step = take(&mut apf, "step");
-        params.steps_max = take(&mut apf, "max_steps") as u32;
-        let tolerance_m = take(&mut apf, "arrival_tolerance");
-        let ring = arm.map(|arm| (arm.base, take(&mut apf, "inner_disc_radius"), take(&mut apf, "outer_radius")));
-        if arm.is_none() {
-            params.goal_power = take(&mut apf, "n") as u32;
-            params.bias_fade = take(&mut apf, "bias_fade_distance");
-            let bias = apf.remove("bias").and_then(|bias| bias.try_into::<[f64; 2]>().ok());
-            [params.bias_x, params.bias_y] = bias.unwrap_or_else(|| panic!("`bias` is not two numbers"));
-            params.jitter = take(&mut pso, "init_jitter");
-        }
-        params.via_points = take(&mut pso, "via_points") as u32;
-        params.particles = take(&mut pso, "particles") as u32;
-        params.iterations = take(&mut pso, "iterations") as u32;
-        params.w = take(&mut pso, "w");
-        params.c1 = take(&mut pso, "c1");
-        params.c2 = take(&mut pso, "c2");
-        params.clamp = take(&mut pso, "v_clamp_fraction");
-        params.samples = take(&mut pso, "samples") as u32;
-        params.margin = take(&mut pso, "clearance_margin");
-        params.penalty = take(&mut pso, "penalty");
-        assert!(apf.is_empty() && pso.is_empty(), "{}: unknown keys {apf:?} {pso:?}", environment.name);
-        let mut recipe = params.recipe(tolerance_m);
+    /// The same with some parameters replaced.
+    pub fn with(scene: &Scene, changes: &ParamValues) -> Experiment {
+        let robot = scene.robot();
+        let arm = robot.arm.map(|arm| arm.geometry);
+        let params = if arm.is_some() { Params::arm() } else { Params::default() };
+        let mut recipe = params.with(changes).recipe(robot.goal_tolerance_m);
         recipe.every_variant = false;
         recipe.fallback = false;
-        let obstacles = environment.obstacles.iter().enumerate().map(disc).collect();
-        Experiment { start: robot.start, goal: robot.goal, obstacles, arm, params, recipe, ring }
+        let ring = arm.map(|arm| {
+            let (inner_m, outer_m) = arm.reach();
+            let [inner_m, outer_m] = [inner_m, outer_m].map(|radius_m| (radius_m * 100.0).round() / 100.0);
+            (arm.base, inner_m, outer_m)
+        });
+        let (start, goal, obstacles) = (robot.start, goal(robot), scene.discs());
+        Experiment { start, goal, obstacles, arm, recipe, scenario: scene.scenario.clone(), ring }
     }
 
     /// What pushes the raw path.
@@ -163,16 +130,9 @@ impl Experiment {
             path,
         }
     }
-
-    /// The arm at a tip position in a sheet. Panics if it is not an arm or cannot be there.
-    pub fn arm_at(&self, tip: Point2<f64>, elbow: Elbow) -> ArmState {
-        let geometry = self.arm.expect("the environment has an arm");
-        let joints_rad = geometry.inverse(tip, elbow).expect("the tip is within reach");
-        ArmState { geometry, joints_rad }
-    }
 }
 
-/// The variant that the environments name so.
+/// The variant that the scenes name so.
 pub fn variant(name: &str) -> Variant {
     match name {
         "apf-plain" => Variant::Plain,
@@ -190,6 +150,6 @@ pub fn reduction_percent(raw_m: f64, optimised_m: f64) -> f64 {
 }
 
 /// The number of seeds that an expectation asks for.
-pub fn seeds(expect: &Expect) -> u64 {
+pub fn seeds(expect: &Expectation) -> u64 {
     u64::from(expect.seeds.unwrap_or(1))
 }

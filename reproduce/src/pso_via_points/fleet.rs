@@ -1,41 +1,22 @@
 //! The method as a robot runs it: the same `Planner`, tick by tick, with its plan made in pieces.
 
 use super::experiment::Experiment;
-use crate::environment::{Environment, environment};
 use crate::row::{Item, Rows};
-use crate::simulate::{Outcome, Run, tidy};
+use crate::scene::{Scene, scene};
+use crate::stepper::{Rules, Run, Stepper, tidy};
 use geometry::{ArmState, Elbow};
-use model::{BodyKind, Drive, Limits, ParamValues};
-use nalgebra::Vector2;
-use planners::{Identity, PlanInput, find};
+use model::BodyKind;
 
 /// Length of a tick, s.
 const DT_S: f64 = 0.05;
-/// Limits of the arm: the tip's speed and the joints' rates.
-const ARM_LIMITS: Limits = Limits {
-    speed_mps_max: 1.0,
-    reverse_mps_max: 0.0,
-    turning_radius_m_min: 0.0,
-    turn_radps_max: 2.0,
-    accel_mps2_max: f64::INFINITY,
-    turn_accel_radps2_max: f64::INFINITY,
-};
+/// The runs give up after this time, s.
+const LIMIT_S: f64 = 60.0;
+/// How fast the joints of an arm turn at most, rad/s.
+const ARM_RADPS: f64 = 2.0;
 
-/// A robot of an environment that plans with this method and its default parameters, at 1 m/s.
-pub fn run(environment: &Environment, kind: BodyKind) -> Outcome {
-    let run = Run {
-        environment,
-        method: "pso-via-points",
-        params: ParamValues::new(),
-        kind,
-        seed: 1,
-        delay_ticks: 1,
-        age_known: true,
-        speed_mps_max: 1.0,
-        dt_s: DT_S,
-        t_max_s: 60.0,
-    };
-    run.run()
+/// The robots of a scene plan with this method and its default parameters.
+pub fn run(scene: &Scene, kind: BodyKind) -> Stepper {
+    Run::as_in_a_fleet(scene, "pso-via-points", kind).run()
 }
 
 /// What became of an arm.
@@ -51,64 +32,29 @@ pub struct ArmRun {
     pub within_limits: bool,
     /// How far its tip moved, m.
     pub tip_path_m: f64,
-    /// Fastest joint, rad/s.
-    pub joint_radps_max: f64,
 }
 
-/// The arm of an environment, started in this sheet, until it arrives or time is up.
-pub fn run_arm(experiment: &Experiment, elbow: Elbow, t_max_s: f64) -> ArmRun {
-    let method = find("pso-via-points").expect("the method exists");
-    let identity = Identity { seed: 1, robot: 0, incarnation: 0 };
-    let mut planner = (method.build)(&ParamValues::new(), identity).expect("defaults fit");
-    let mut arm = experiment.arm_at(experiment.start, elbow);
+/// The arm of a scene, started in this sheet, until it arrives or time is up. Panics if it cannot start there.
+pub fn run_arm(experiment: &Experiment, elbow: Elbow) -> ArmRun {
+    let geometry = experiment.arm.expect("an arm");
+    let run = Run { scenario: experiment.scenario.clone(), rules: Rules::snapshot(DT_S) }.for_seconds(LIMIT_S);
+    let run = run.each(|robot| {
+        let start_joints_rad = geometry.inverse(experiment.start, elbow).expect("the tip is within reach");
+        robot.arm = robot.arm.map(|arm| model::ArmSetup { start_joints_rad, ..arm });
+        robot.start = geometry.tip(start_joints_rad);
+        (robot.start_yaw_rad, robot.limits.turn_radps_max) = (start_joints_rad[0] + start_joints_rad[1], ARM_RADPS);
+    });
+    let stepper = run.run();
+    let joints_rad: Vec<[f64; 2]> = stepper.history.iter().filter_map(|bodies| bodies[0].joints_rad).collect();
     let shapes = || experiment.obstacles.iter().map(|obstacle| obstacle.shape);
-    let mut run = ArmRun {
-        joints_rad: vec![arm.joints_rad],
-        arrival_s: None,
-        clearance_m: f64::INFINITY,
-        within_limits: true,
-        tip_path_m: 0.0,
-        joint_radps_max: 0.0,
-    };
-    let mut velocity = Vector2::zeros();
-    for tick in 0..(t_max_s / DT_S) as u64 {
-        let before = arm.tip();
-        let drive = planner.plan(&input(experiment, &arm, velocity, tick)).drive.within(&ARM_LIMITS);
-        let Drive::Joints { rate_radps } = drive else { panic!("an arm is asked for joint rates, not for {drive:?}") };
-        arm = arm.moved(rate_radps, DT_S);
-        velocity = (arm.tip() - before) / DT_S;
-        run.joints_rad.push(arm.joints_rad);
-        run.clearance_m = run.clearance_m.min(arm.geometry.clearance(arm.joints_rad, shapes()));
-        run.within_limits &= arm.geometry.within_limits(arm.joints_rad, 0.0) && arm.elbow() == elbow;
-        run.tip_path_m += (arm.tip() - before).norm();
-        run.joint_radps_max = rate_radps.iter().fold(run.joint_radps_max, |fastest, rate| fastest.max(rate.abs()));
-        if (arm.tip() - experiment.goal).norm() <= 0.1 {
-            run.arrival_s = Some((tick + 1) as f64 * DT_S);
-            break;
-        }
-    }
-    run
-}
-
-fn input<'a>(experiment: &'a Experiment, arm: &ArmState, velocity: Vector2<f64>, tick: u64) -> PlanInput<'a> {
-    PlanInput {
-        tick,
-        dt_s: DT_S,
-        position: arm.tip(),
-        yaw_rad: arm.joints_rad[0] + arm.joints_rad[1],
-        velocity,
-        radius_m: 0.0,
-        kind: BodyKind::TwoLinkArm,
-        limits: ARM_LIMITS,
-        goal: experiment.goal,
-        goal_tolerance_m: 0.1,
-        goal_yaw_rad: None,
-        goal_yaw_tolerance_rad: 0.1,
-        arrived: false,
-        obstacles: &experiment.obstacles,
-        neighbors: &[],
-        map: &experiment.obstacles,
-        arm: Some(*arm),
+    let moved = || joints_rad[1..].iter();
+    let in_sheet = |joints: &[f64; 2]| ArmState { geometry, joints_rad: *joints }.elbow() == elbow;
+    ArmRun {
+        arrival_s: stepper.arrival_s(0),
+        clearance_m: moved().map(|joints| geometry.clearance(*joints, shapes())).fold(f64::INFINITY, f64::min),
+        within_limits: moved().all(|joints| geometry.within_limits(*joints, 0.0) && in_sheet(joints)),
+        tip_path_m: stepper.path_length(0),
+        joints_rad,
     }
 }
 
@@ -116,14 +62,14 @@ pub(super) fn rows(rows: &mut Rows<'_>) {
     let note = "not in the specification: our planner as a robot runs it, 1 m/s, ticks of 0.05 s, plan in pieces";
     for (name, oracle) in [("pso_mass_point_1", 11.087), ("pso_mass_point_2", 11.401)] {
         for kind in [BodyKind::Point, BodyKind::Unicycle] {
-            let outcome = run(environment(name), kind);
+            let outcome = run(scene(name), kind);
             let item = |what: &str| Item::new(format!("{name} as a robot, {kind:?}: {what}")).note(note);
-            rows.exact(item("arrives"), true, outcome.arrives());
+            rows.exact(item("arrives"), true, outcome.all_arrived());
             let driven = tidy(outcome.path_length(0));
             // It stops 0.1 m before the goal.
             rows.number(item("path driven"), oracle, driven, 0.3, "m");
-            let ok = outcome.obstacle_clearance >= 0.05;
-            let clearance = format!("{} m", tidy(outcome.obstacle_clearance));
+            let ok = outcome.obstacles.clearance_m >= 0.05;
+            let clearance = format!("{} m", tidy(outcome.obstacles.clearance_m));
             rows.push(item("clearance"), None, clearance, "at least half the margin, 0.05 m".to_owned(), ok);
         }
     }
@@ -138,8 +84,8 @@ pub(super) fn rows(rows: &mut Rows<'_>) {
 }
 
 fn arm_rows(rows: &mut Rows<'_>, name: &str, elbow: Elbow, length_m: Option<f64>, note: &str) {
-    let experiment = Experiment::new(environment(name));
-    let run = run_arm(&experiment, elbow, 60.0);
+    let experiment = Experiment::new(scene(name));
+    let run = run_arm(&experiment, elbow);
     let item = |what: &str| Item::new(format!("{name} as a robot, elbow {elbow:?}: {what}")).note(note);
     rows.exact(item("joints keep their limits and the sheet"), true, run.within_limits);
     let touched = run.clearance_m < 0.0;

@@ -2,21 +2,12 @@
 
 use super::experiment::{Experiment, reduction_percent};
 use super::fleet;
-use crate::environment::environment;
 use crate::row::{Form, Series};
+use crate::scene::scene;
+use crate::stepper::line;
 use geometry::Elbow;
 use geometry::spline::length;
-use nalgebra::Point2;
 use planners::pso_via_points::field::Variant;
-
-fn points(path: &[Point2<f64>]) -> Vec<[f64; 2]> {
-    path.iter().map(|p| [p.x, p.y]).collect()
-}
-
-fn discs(experiment: &Experiment) -> Vec<[f64; 3]> {
-    let shapes = experiment.obstacles.iter().map(|obstacle| obstacle.shape);
-    shapes.map(|shape| [shape.a.x, shape.a.y, shape.radius]).collect()
-}
 
 fn name_of(variant: Variant) -> &'static str {
     match variant {
@@ -58,13 +49,13 @@ pub(super) fn series() -> Vec<Series> {
 }
 
 fn point(name: &str, base: Variant, all: &mut Vec<Series>, reductions: &mut Vec<(f64, f64)>) {
-    let experiment = Experiment::new(environment(name));
+    let experiment = Experiment::new(scene(name));
     let raws: Vec<_> = Variant::ORDER.iter().chain([&Variant::LiteralBias]).map(|v| (*v, experiment.raw(*v))).collect();
     let raw = experiment.raw(base);
     let runs: Vec<_> = (0..10).map(|seed| experiment.optimise(&raw.points, None, seed)).collect();
-    let mut lines: Vec<_> = raws.iter().map(|(v, raw)| (name_of(*v).to_owned(), points(&raw.points))).collect();
-    lines.push((format!("swarm on {}", name_of(base)), points(&runs[0].path)));
-    lines.push(("via points".to_owned(), points(&runs[0].via)));
+    let mut lines: Vec<_> = raws.iter().map(|(v, raw)| (name_of(*v).to_owned(), line(&raw.points))).collect();
+    lines.push((format!("swarm on {}", name_of(base)), line(&runs[0].path)));
+    lines.push(("via points".to_owned(), line(&runs[0].via)));
     all.push(Series {
         name: format!("{name}_paths"),
         title: format!("{name}: raw paths and the swarm's path"),
@@ -72,7 +63,7 @@ fn point(name: &str, base: Variant, all: &mut Vec<Series>, reductions: &mut Vec<
         y: "y (m)".to_owned(),
         form: Form::Paths,
         lines,
-        discs: discs(&experiment),
+        discs: scene(name).drawn(),
     });
     let curve = |history: &[f64]| history.iter().enumerate().map(|(i, cost)| [i as f64, *cost]).collect();
     all.push(Series {
@@ -90,16 +81,16 @@ fn point(name: &str, base: Variant, all: &mut Vec<Series>, reductions: &mut Vec<
 }
 
 fn arm(name: &str, elbow: Elbow, all: &mut Vec<Series>, reductions: &mut Vec<(f64, f64)>) {
-    let experiment = Experiment::new(environment(name));
+    let experiment = Experiment::new(scene(name));
     let raw = experiment.raw(Variant::Plain);
-    let run = fleet::run_arm(&experiment, elbow, 60.0);
+    let run = fleet::run_arm(&experiment, elbow);
     let geometry = experiment.arm.expect("an arm");
     let tips: Vec<_> = run.joints_rad.iter().map(|joints| geometry.tip(*joints)).collect();
-    let mut lines = vec![("plain field".to_owned(), points(&raw.points)), ("tip as driven".to_owned(), points(&tips))];
+    let mut lines = vec![("plain field".to_owned(), line(&raw.points)), ("tip as driven".to_owned(), line(&tips))];
     if (name, elbow) == ("pso_arm_1", Elbow::Up) {
         let best = experiment.optimise(&raw.points, Some(elbow), 0);
         reductions.push((reduction_percent(length(&raw.points), best.length_m), 4.02));
-        lines.push(("swarm".to_owned(), points(&best.path)));
+        lines.push(("swarm".to_owned(), line(&best.path)));
     }
     let outcome = match run.arrival_s {
         Some(time_s) => format!("arrives after {time_s:.1} s, links {:.2} m clear", run.clearance_m),
@@ -112,7 +103,7 @@ fn arm(name: &str, elbow: Elbow, all: &mut Vec<Series>, reductions: &mut Vec<(f6
     let every = if run.tip_path_m == 0.0 { run.joints_rad.len() } else { (run.joints_rad.len() / 10).max(1) };
     for (i, joints) in run.joints_rad.iter().enumerate().step_by(every) {
         let at = [geometry.base, geometry.elbow(*joints), geometry.tip(*joints)];
-        lines.push((format!("pose {:.1} s", i as f64 * 0.05), points(&at)));
+        lines.push((format!("pose {:.1} s", i as f64 * 0.05), line(&at)));
     }
     all.push(Series {
         name: format!("{file}_paths"),
@@ -121,7 +112,7 @@ fn arm(name: &str, elbow: Elbow, all: &mut Vec<Series>, reductions: &mut Vec<(f6
         y: "y (m)".to_owned(),
         form: Form::Paths,
         lines,
-        discs: discs(&experiment),
+        discs: scene(name).drawn(),
     });
     let end_s = (run.joints_rad.len() - 1) as f64 * 0.05;
     let limits = [geometry.joint_min_rad, geometry.joint_max_rad].into_iter().zip(["least", "most"]);

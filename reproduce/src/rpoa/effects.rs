@@ -1,9 +1,9 @@
 //! What the specification found out about the method's parts, and the paper's claims in words.
 
-use super::{REGULAR, Seeds, at_degrees, count, extreme, field, rpoa, with};
-use crate::environment::{Environment, environment, environments_of};
+use super::{REGULAR, Seeds, at_degrees, count, extreme, field, rpoa};
 use crate::row::{Item, Rows};
-use crate::simulate::{Run, tidy};
+use crate::scene::{Scene, scene, scenes_of};
+use crate::stepper::{Rules, Run, tidy};
 use model::ParamValue;
 use std::ops::RangeInclusive;
 
@@ -36,14 +36,14 @@ pub(super) fn particle_counts() -> [(i64, f64); 5] {
 }
 
 pub(super) fn many_particles(n: i64) -> Seeds {
-    Seeds::run(&with(rpoa(environment("rpoa_static_moved4"), "random", 1), "particles", ParamValue::Int(n)), 1..=20)
+    Seeds::run(&rpoa(scene("rpoa_static_moved4"), "random", 1).with("particles", ParamValue::Int(n)), 1..=20)
 }
 
 /// Section 4: the guard keeps clear of what the sum of the hills would let the robot drive through.
 fn guard(rows: &mut Rows<'_>) {
-    let guarded = |run: Run<'static>| with(run, "guard", ParamValue::Bool(true));
-    let trap = |mu_obs: f64| with(rpoa(environment("rpoa_u_trap"), "random", 1), "mu_obs", ParamValue::Float(mu_obs));
-    let squeeze = Seeds::run(&guarded(rpoa(environment("rpoa_squeeze"), "random", 1)), 1..=20);
+    let guarded = |run: Run| run.with("guard", ParamValue::Bool(true));
+    let trap = |mu_obs: f64| rpoa(scene("rpoa_u_trap"), "random", 1).with("mu_obs", ParamValue::Float(mu_obs));
+    let squeeze = Seeds::run(&guarded(rpoa(scene("rpoa_squeeze"), "random", 1)), 1..=20);
     let item = |what: &str| Item::new(format!("rpoa_squeeze with the guard, 20 seeds: {what}"));
     count(rows, item("collisions"), Some(0), squeeze.collisions(), 20);
     rows.number(item("worst clearance"), 0.15, tidy(squeeze.clearance_worst()), 0.03, "m");
@@ -61,8 +61,8 @@ fn guard(rows: &mut Rows<'_>) {
 
 /// Section 4: seeing further can be worse.
 fn sight(rows: &mut Rows<'_>) {
-    let run = rpoa(environment("rpoa_moving_target"), "random", 1);
-    let found = Seeds::run(&with(run, "sensor_range", ParamValue::Float(1.5)), 1..=20);
+    let run = rpoa(scene("rpoa_moving_target"), "random", 1);
+    let found = Seeds::run(&run.with("sensor_range", ParamValue::Float(1.5)), 1..=20);
     let item = Item::new("rpoa_moving_target with sensor range 1.5 m, 20 seeds: collisions");
     chance(rows, item, 10, found.collisions());
 }
@@ -79,8 +79,8 @@ fn chance(rows: &mut Rows<'_>, item: Item, expected: u32, found: u32) {
 fn look_ahead(rows: &mut Rows<'_>) {
     for step_radius in [0.05, 0.1, 0.2, 0.4] {
         let run = |name: &str, seeds: RangeInclusive<u64>| {
-            let run = Run { dt_s: 0.05, speed_mps_max: 1.0, ..rpoa(environment(name), "random", 1) };
-            Seeds::run(&with(run, "step_radius", ParamValue::Float(step_radius)), seeds)
+            let run = as_in_the_runtime(rpoa(scene(name), "random", 1));
+            Seeds::run(&run.with("step_radius", ParamValue::Float(step_radius)), seeds)
         };
         let all = Seeds(REGULAR.iter().flat_map(|name| run(name, 1..=10).0).collect());
         let item = |what: &str| {
@@ -102,15 +102,21 @@ fn look_ahead(rows: &mut Rows<'_>) {
     }
 }
 
+/// The run with ticks of 0.05 s, at 1 m/s.
+pub fn as_in_the_runtime(run: Run) -> Run {
+    let rules = Rules { dt_s: 0.05, ..run.rules };
+    run.under(rules).each(|robot| robot.limits.speed_mps_max = 1.0)
+}
+
 /// Section 3: the modified rule fails in more environments than the basic one.
 fn modified_rule(rows: &mut Rows<'_>) {
     let failed = |lambda: f64| {
-        let fails = |environment: &&Environment| {
-            let run = with(rpoa(environment, "random", 1), "lambda", ParamValue::Float(lambda));
+        let fails = |scene: &&Scene| {
+            let run = rpoa(scene, "random", 1).with("lambda", ParamValue::Float(lambda));
             let found = Seeds::run(&run, 1..=20);
             found.arrivals() < 20 || found.collisions() > 0
         };
-        environments_of("rpoa_").filter(fails).count()
+        scenes_of("rpoa_").filter(fails).count()
     };
     let (basic, modified) = (failed(0.0), failed(1.0));
     let item = Item::new("environments not solved by all of 20 seeds: modified rule (lambda 1), basic rule")
@@ -123,11 +129,11 @@ fn modified_rule(rows: &mut Rows<'_>) {
 fn small_changes(rows: &mut Rows<'_>) {
     let mut greatest: f64 = 0.0;
     for name in REGULAR {
-        let time = |environment: &Environment| rpoa(environment, "equal", 1).run().arrival_s[0].unwrap_or(-1.0);
-        let here = time(environment(name));
+        let time = |scene: &Scene| rpoa(scene, "equal", 1).run().arrival_s(0).unwrap_or(-1.0);
+        let here = time(scene(name));
         for degrees in [0.0, 90.0, 180.0, 270.0] {
-            let mut moved = environment(name).clone();
-            moved.robots[0].start += at_degrees(1e-7, degrees);
+            let mut moved = scene(name).clone();
+            moved.robot_mut().start += at_degrees(1e-7, degrees);
             greatest = greatest.max((time(&moved) - here).abs());
         }
     }
@@ -143,19 +149,19 @@ fn small_changes(rows: &mut Rows<'_>) {
 
 /// What the paper says in words about its scenarios, in the environments that stand for them.
 pub(super) fn claims(rows: &mut Rows<'_>) {
-    let random = |name: &str| Seeds::run(&rpoa(environment(name), "random", 1), 1..=20);
-    let apf = |name: &str| field(environment(name), None).run();
+    let random = |name: &str| Seeds::run(&rpoa(scene(name), "random", 1), 1..=20);
+    let apf = |name: &str| field(scene(name), None).run();
     let mut claim = |scenario: &str, words: &str, ours: String, ok: bool, note: &str| {
         let item = Item { item: scenario.to_owned(), paper_value: Some(words.to_owned()), note: note.to_owned() };
         rows.push(item, None, ours, "exact".to_owned(), ok);
     };
     let arrives = |arrives: bool| if arrives { "arrives" } else { "does not arrive" };
 
-    let (ours, other) = (random("rpoa_static").arrivals(), apf("rpoa_static").arrives());
+    let (ours, other) = (random("rpoa_static").arrivals(), apf("rpoa_static").all_arrived());
     let text = format!("RPOA arrives with {ours} of 20 seeds, APF {}", arrives(other));
     claim("scenario 1 (rpoa_static)", "both arrive", text, ours >= 19 && other, "");
 
-    let (ours, other) = (random("rpoa_static_moved4").arrivals(), apf("rpoa_static_moved4").arrives());
+    let (ours, other) = (random("rpoa_static_moved4").arrivals(), apf("rpoa_static_moved4").all_arrived());
     let text = format!("RPOA arrives with {ours} of 20 seeds, APF {}", arrives(other));
     let words = "RPOA arrives, APF stops in a local minimum";
     claim("scenario 1, fourth obstacle moved (rpoa_static_moved4)", words, text, ours >= 19 && !other, "");
@@ -174,12 +180,12 @@ pub(super) fn claims(rows: &mut Rows<'_>) {
         "scenario 2, one on an orbit round the target (rpoa_orbiter)",
         words,
         text,
-        ours >= 19 && !other.arrives(),
+        ours >= 19 && !other.all_arrived(),
         note,
     );
 
     let (ours, other) = (random("rpoa_moving_target").time_mean(), apf("rpoa_moving_target"));
-    let (length, time_s) = (other.path_length(0), other.arrival_s[0].unwrap_or(f64::INFINITY));
+    let (length, time_s) = (other.path_length(0), other.arrival_s(0).unwrap_or(f64::INFINITY));
     let text = format!("RPOA {ours:.2} m in {ours:.2} s, APF {length:.2} m in {time_s:.1} s");
     let ok = ours < length && ours < time_s;
     claim("scenario 3, moving target (rpoa_moving_target)", "RPOA shorter and faster", text, ok, "");

@@ -1,9 +1,10 @@
 //! Worked examples: single plans.
 
 use super::{PRINTED, Seeds, at_degrees};
-use crate::environment::environment;
+use crate::example::at_origin;
 use crate::row::{Item, Rows};
-use crate::simulate::{at_origin, disc_at, tidy};
+use crate::scene::{disc_at, scene};
+use crate::stepper::tidy;
 use model::ParamValue;
 use model::random::Stream;
 use nalgebra::{Point2, Vector2};
@@ -91,7 +92,7 @@ pub(super) fn examples(rows: &mut Rows<'_>) {
         0.0,
         "",
     );
-    let khan = Seeds::run(&super::rpoa(environment("rpoa_khan2014"), "random", 1), 1..=20).clearance_worst();
+    let khan = Seeds::run(&super::rpoa(scene("rpoa_khan2014"), "random", 1), 1..=20).clearance_worst();
     let item = Item::new("example 8: clearance in rpoa_khan2014, 20 seeds");
     rows.push(
         item,

@@ -6,10 +6,8 @@ mod decentralized_apf;
 use crate::ending::Finished;
 use crate::exit::Failure;
 use crate::supervisor::{self, Watch};
-use model::{ParamValues, Scenario};
+use model::Scenario;
 use reproduce::row::{Rows, Series};
-use scenarios::Overrides;
-use std::fmt::Write;
 use std::ops::ControlFlow;
 
 /// What the fleets of a paper came to, besides its rows.
@@ -75,36 +73,4 @@ fn lockstep(scenario: Scenario) -> Result<Finished, Stop> {
             },
         )?;
     if finished.interrupted { Err(Stop::Broken) } else { Ok(finished) }
-}
-
-/// A fleet of robots of one kind, as text of a scenario.
-struct Fleet {
-    text: String,
-}
-
-impl Fleet {
-    fn new(name: &str, tick_hz: f64, duration_s: f64, defaults: &str, planner: &str, params: &ParamValues) -> Fleet {
-        let params: Vec<String> = params.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-        let text = format!(
-            "name = \"{name}\"\n[clock]\nmode = \"lockstep\"\ntick_hz = {tick_hz:?}\nduration_s = {duration_s:?}\n\
-             [expect]\ncontacts_max = 1000000\n[defaults]\nsensor_range_m = 50.0\nradio_range_m = 50.0\n{defaults}\
-             planner = \"{planner}\"\nparams = {{ {} }}\n",
-            params.join(", ")
-        );
-        Fleet { text }
-    }
-
-    fn robot(&mut self, index: usize, start: [f64; 2], goal: [f64; 2], more: &str) {
-        let _ = writeln!(self.text, "[[robot]]\nid = \"r{index:02}\"\nstart_m = {start:?}\ngoal_m = {goal:?}\n{more}");
-    }
-
-    fn disc(&mut self, center: [f64; 2], radius: f64) {
-        let _ = writeln!(self.text, "[[obstacle]]\nshape = \"disc\"\ncenter_m = {center:?}\nradius_m = {radius:?}");
-    }
-
-    /// The scenario. What the papers let start too close to each other cannot run here.
-    fn scenario(&self) -> Result<Scenario, Failure> {
-        scenarios::parse("fleet of a paper", &self.text, &Overrides::default())
-            .map_err(|problems| crate::source::failure(&problems))
-    }
 }

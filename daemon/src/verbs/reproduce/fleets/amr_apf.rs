@@ -4,21 +4,21 @@
 //! Robots and pillars have the radii that the methods plan with. Bodies are smaller, so a contact of the paper's robots
 //! is taken from the smallest distance of a run, not from what the world counts.
 
-use super::{Fleet, Rows, Series, Stop, begin, lockstep};
+use super::{Rows, Series, Stop, begin, lockstep};
+use crate::exit::Failure;
 use model::{Outcome, ParamValue, ParamValues};
-use reproduce::amr_apf::layouts::{Layout, case1, case2, radii_m};
+use model::{Robot, Scenario};
+use reproduce::amr_apf::layouts::{case1, case2, radii_m};
 use reproduce::amr_apf::replay::jittered;
 use reproduce::row::{Form, Item};
+use reproduce::scene::Scene;
+use scenarios::Draft;
 
 const TICK_HZ: f64 = 10.0;
 const JITTER_M: f64 = 0.02;
 /// Centres nearer than this are contacts, m: of two bodies side by side, of body and pillar.
 const BODIES_M: f64 = 0.266;
 const BODY_PILLAR_M: f64 = 0.233;
-
-/// The paper's limits, in a world where only starts, goals and pillars matter.
-const DEFAULTS: &str = "kind = \"unicycle\"\nradius_m = 0.22\nspeed_mps_max = 0.2\nturn_radps_max = 1.0\n\
-                        goal_tolerance_m = 0.07\n";
 
 /// A method with its parameters.
 struct Contestant {
@@ -51,14 +51,36 @@ impl Contestant {
         words.chain(right_of_way).collect()
     }
 
-    fn scenario(&self, layout: &Layout, duration_s: f64) -> Result<model::Scenario, Stop> {
-        let (_, pillar_m) = radii_m(false);
-        let mut fleet = Fleet::new(&layout.name, TICK_HZ, duration_s, DEFAULTS, self.method, &self.params());
-        for (i, job) in layout.jobs.iter().enumerate() {
-            fleet.robot(i, job.start.into(), job.goal.into(), &format!("start_yaw_rad = {:?}", job.heading_rad));
-        }
-        layout.pillars.iter().for_each(|pillar| fleet.disc((*pillar).into(), pillar_m));
-        Ok(fleet.scenario()?)
+    /// A layout in which the robots use this method, in a world where only starts, goals and pillars matter.
+    fn scenario(&self, layout: &Scene, duration_s: f64) -> Result<Scenario, Failure> {
+        let (robot_m, pillar_m) = radii_m(false);
+        let robot = |robot: &Robot| {
+            Draft::new()
+                .with("id", robot.id.clone())
+                .with("start_m", robot.start)
+                .with("start_yaw_rad", robot.start_yaw_rad)
+                .with("goal_m", robot.goals[0])
+        };
+        let disc = |at| Draft::new().with("shape", "disc").with("center_m", at).with("radius_m", pillar_m);
+        let pillars = layout.scenario.obstacles.iter().map(|pillar| pillar.shape.reference());
+        let discs = pillars.chain(layout.paper.added_discs.iter().copied());
+        Draft::new()
+            .with("clock.tick_hz", TICK_HZ)
+            .with("clock.duration_s", duration_s)
+            .with("expect.contacts_max", 1_000_000_u64)
+            .with("defaults.sensor_range_m", 50.0)
+            .with("defaults.radio_range_m", 50.0)
+            .with("defaults.kind", "unicycle")
+            .with("defaults.radius_m", robot_m)
+            .with("defaults.speed_mps_max", 0.2)
+            .with("defaults.turn_radps_max", 1.0)
+            .with("defaults.goal_tolerance_m", 0.07)
+            .with("defaults.planner", self.method)
+            .with("defaults.params", &self.params())
+            .with("robot", layout.scenario.robots.iter().map(robot).collect::<Vec<_>>())
+            .with("obstacle", discs.map(disc).collect::<Vec<_>>())
+            .scenario(&layout.name)
+            .map_err(|problems| crate::source::failure(&problems))
     }
 }
 
@@ -105,7 +127,7 @@ struct Experiment {
     /// What its x axis counts.
     place: &'static str,
     contestants: &'static [Contestant],
-    layouts: Vec<Layout>,
+    layouts: Vec<Scene>,
     duration_s: f64,
 }
 
@@ -148,11 +170,11 @@ impl Experiment {
     fn run(&self, runs: u32, rows: &mut Rows<'_>) -> Result<Found, Stop> {
         let all = self.layouts.len() * self.contestants.len() * runs as usize;
         let mut made = 0;
-        let mut batch = |layout: &Layout, who: &Contestant| {
+        let mut batch = |layout: &Scene, who: &Contestant| {
             let mut batch = Batch::default();
             for seed in 1..=runs {
                 made += 1;
-                let robots = layout.jobs.len();
+                let robots = layout.scenario.robots.len();
                 begin(rows, &format!("{}, {robots} robots, {}: run {made} of {all}", layout.name, who.name))?;
                 let layout = jittered(layout, seed.into(), JITTER_M);
                 batch.add(&lockstep(who.scenario(&layout, self.duration_s)?)?.outcome);
@@ -301,8 +323,8 @@ mod tests {
             for who in [C1, DEFAULT, LINEAR, CONSTANT, MAX3] {
                 let scenario = who.scenario(&jittered(&layout, 7, JITTER_M), 1.0).ok();
                 let scenario = scenario.unwrap_or_else(|| panic!("{}, {}", layout.name, who.name));
-                assert_eq!(scenario.robots.len(), layout.jobs.len());
-                assert_eq!(scenario.obstacles.len(), layout.pillars.len());
+                assert_eq!(scenario.robots.len(), layout.scenario.robots.len());
+                assert_eq!(scenario.obstacles.len(), layout.scenario.obstacles.len() + layout.paper.added_discs.len());
                 assert_eq!(scenario.robots[0].params, who.params(), "{}", who.name);
             }
         }
