@@ -7,7 +7,7 @@
 //! every row agrees to all printed digits.
 
 use crate::example::at_origin;
-use crate::row::{Form, Item, Paper, Rows, Series};
+use crate::row::{Item, Paper, Rows, Series};
 use crate::scene::{Scene, disc_at, plain, scene, scenes_of};
 use crate::stepper::{Rules, Run, Stepper, tidy};
 use model::{BodyKind, Drive, ParamValue, ParamValues};
@@ -239,15 +239,12 @@ fn series() -> Vec<Series> {
         .map(|(set, scene)| {
             let outcome = run(scene, set, BodyKind::Point).run();
             let lines = (0..scene.scenario.robots.len()).map(|i| (format!("robot {i}"), outcome.line(i)));
-            Series {
-                name: format!("decentralized-apf-{}-{set}", scene.name),
-                title: format!("{}: {set} law, point robots; obstacles where they start", scene.name),
-                x: "x (m)".to_owned(),
-                y: "y (m)".to_owned(),
-                form: Form::Paths,
-                lines: lines.collect(),
-                discs: scene.drawn(),
-            }
+            Series::paths(
+                format!("decentralized-apf-{}-{set}", scene.name),
+                format!("{}: {set} law, point robots; obstacles where they start", scene.name),
+                lines.collect(),
+                scene.drawn(),
+            )
         })
         .collect()
 }

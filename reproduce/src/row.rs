@@ -125,6 +125,17 @@ pub struct Paper {
     pub series: fn() -> Vec<Series>,
 }
 
+impl Paper {
+    /// All its rows, without a word about it.
+    pub fn all_rows(&self) -> Vec<Row> {
+        let mut quiet = |_: &str| ControlFlow::Continue(());
+        let mut rows = Rows::new(self.name, &mut quiet);
+        // Nothing breaks it off.
+        let _ = (self.rows)(&mut rows);
+        rows.finish()
+    }
+}
+
 /// Data of a figure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Series {
@@ -139,9 +150,38 @@ pub struct Series {
     /// How it is drawn.
     pub form: Form,
     /// Lines (or bars), each with a name and its points.
-    pub lines: Vec<(String, Vec<[f64; 2]>)>,
+    pub lines: Vec<Line>,
     /// Discs drawn below the lines: x, y, radius.
     pub discs: Vec<[f64; 3]>,
+}
+
+/// A line, or a set of bars: its name and its points.
+pub type Line = (String, Vec<[f64; 2]>);
+
+impl Series {
+    /// Paths in the plane, m, drawn over discs.
+    pub fn paths(name: impl Into<String>, title: impl Into<String>, lines: Vec<Line>, discs: Vec<[f64; 3]>) -> Series {
+        Series { discs, ..Series::chart(Form::Paths, name, title, ["x (m)", "y (m)"], lines) }
+    }
+
+    /// A chart with these axes, their units included.
+    pub fn chart(
+        form: Form,
+        name: impl Into<String>,
+        title: impl Into<String>,
+        [x, y]: [&str; 2],
+        lines: Vec<Line>,
+    ) -> Series {
+        Series {
+            name: name.into(),
+            title: title.into(),
+            x: x.to_owned(),
+            y: y.to_owned(),
+            form,
+            lines,
+            discs: Vec::new(),
+        }
+    }
 }
 
 /// How a series is drawn.

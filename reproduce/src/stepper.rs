@@ -485,6 +485,6 @@ pub fn line(path: &[Point2<f64>]) -> Vec<[f64; 2]> {
 }
 
 /// Without the noise of the last digits, which no reader of a table wants.
-pub(crate) fn tidy(x: f64) -> f64 {
+pub fn tidy(x: f64) -> f64 {
     (x * 1e9).round() / 1e9
 }

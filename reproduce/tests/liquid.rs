@@ -1,22 +1,14 @@
 //! The liquid methods: every row of the paper, its claims in words, and what is ours: fleets and other bodies.
 
 use model::BodyKind;
+use shoal_reproduce::Row;
 use shoal_reproduce::liquid::PAPER;
 use shoal_reproduce::scene::scene;
 use shoal_reproduce::stepper::{Run, Stepper};
-use shoal_reproduce::{Row, Rows};
-use std::ops::ControlFlow;
-
-fn rows() -> Vec<Row> {
-    let mut quiet = |_: &str| ControlFlow::Continue(());
-    let mut rows = Rows::new(PAPER.name, &mut quiet);
-    assert!((PAPER.rows)(&mut rows).is_continue());
-    rows.finish()
-}
 
 #[test]
 fn every_row_holds() {
-    let rows = rows();
+    let rows = PAPER.all_rows();
     let failed: Vec<&Row> = rows.iter().filter(|row| !row.ok).collect();
     assert!(failed.is_empty(), "{failed:#?}");
     assert_eq!(rows.len(), 360);

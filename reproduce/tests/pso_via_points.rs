@@ -4,11 +4,10 @@ use geometry::Elbow;
 use geometry::spline::length;
 use model::BodyKind;
 use planners::pso_via_points::field::Variant;
+use shoal_reproduce::Row;
 use shoal_reproduce::pso_via_points::experiment::{Experiment, reduction_percent};
 use shoal_reproduce::pso_via_points::{PAPER, fleet};
 use shoal_reproduce::scene::scene;
-use shoal_reproduce::{Row, Rows};
-use std::ops::ControlFlow;
 
 /// Rows that cannot hold.
 const IMPOSSIBLE: &[&str] = &[
@@ -16,16 +15,9 @@ const IMPOSSIBLE: &[&str] = &[
     "pso_mass_point_2 Right: seeds with a reduction of at least 5 %",
 ];
 
-fn all_rows() -> Vec<Row> {
-    let mut go_on = |_: &str| ControlFlow::Continue(());
-    let mut rows = Rows::new(PAPER.name, &mut go_on);
-    assert!((PAPER.rows)(&mut rows).is_continue());
-    rows.finish()
-}
-
 #[test]
 fn every_row_holds() {
-    let rows = all_rows();
+    let rows = PAPER.all_rows();
     let failed: Vec<&Row> = rows.iter().filter(|row| row.ok == IMPOSSIBLE.contains(&row.item.as_str())).collect();
     assert!(failed.is_empty(), "{failed:#?}");
     assert!(IMPOSSIBLE.iter().all(|item| rows.iter().any(|row| row.item == *item)));

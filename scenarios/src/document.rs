@@ -57,6 +57,18 @@ impl RawTable {
         }
     }
 
+    /// The table of that name; what else has the name makes way for it.
+    pub(crate) fn table(&mut self, name: &str, origin: Origin) -> &mut RawTable {
+        let slot = self.get_or_insert(name, origin);
+        if !matches!(slot.value, RawValue::Table(_)) {
+            slot.value = RawValue::Table(RawTable::default());
+        }
+        match &mut slot.value {
+            RawValue::Table(table) => table,
+            _ => unreachable!("it is a table now"),
+        }
+    }
+
     /// A value that was replaced has a new origin, and so has its key.
     fn own(&mut self, name: &str) {
         for field in self.0.iter_mut().filter(|field| field.name == name) {

@@ -27,10 +27,14 @@ impl Draft {
         Draft::default()
     }
 
-    /// The same with a value at a path of keys, as in `clock.tick_hz`. A later value replaces an earlier one.
+    /// The same with a value at a path of keys, as in `clock.tick_hz`. A later value replaces what is in its way.
     pub fn with(mut self, path: &str, value: impl Into<DraftValue>) -> Draft {
-        let steps: Vec<&str> = path.split('.').collect();
-        self.0.put(&steps, raw(value.into().0));
+        let mut table = &mut self.0;
+        let (tables, name) = path.rsplit_once('.').map_or((None, path), |(tables, name)| (Some(tables), name));
+        for step in tables.into_iter().flat_map(|tables| tables.split('.')) {
+            table = table.table(step, Origin::Whole);
+        }
+        table.put(&[name], raw(value.into().0));
         self
     }
 

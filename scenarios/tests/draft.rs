@@ -57,7 +57,9 @@ fn a_later_value_replaces_an_earlier_one() {
     let draft = Draft::new().with("clock.seed", 1_u64).with("robot", vec![robot("a".to_owned(), [0.0, 0.0])]);
     let scenario = draft.clone().with("clock.seed", 2_u64).scenario("test").unwrap();
     assert_eq!(scenario.clock.seed, 2);
-    assert_eq!(draft.scenario("test").unwrap().clock.seed, 1);
+    assert_eq!(draft.clone().scenario("test").unwrap().clock.seed, 1);
+    let in_the_way = draft.with("clock", 5_u64).with("clock.seed", 3_u64);
+    assert_eq!(in_the_way.scenario("test").unwrap().clock.seed, 3);
 }
 
 #[test]

@@ -97,15 +97,13 @@ fn case1_chart() -> Series {
         });
         lines.push((format!("{} (authors, Gazebo)", name.replace('_', " ")), stored.collect()));
     }
-    Series {
-        name: "amr-apf-case1-time".to_owned(),
-        title: "case 1: operation time over the number of robots".to_owned(),
-        x: "robots".to_owned(),
-        y: "operation time (s)".to_owned(),
-        form: Form::Lines,
+    Series::chart(
+        Form::Lines,
+        "amr-apf-case1-time",
+        "case 1: operation time over the number of robots",
+        ["robots", "operation time (s)"],
         lines,
-        discs: Vec::new(),
-    }
+    )
 }
 
 /// Operation time per layout: the paper's chart of case 2. Layouts that a method does not finish have no bar.
@@ -122,20 +120,18 @@ fn case2_chart() -> Series {
         let best = |layout: usize| oracle::authors_best(table, &layout.to_string());
         (1..=12).filter_map(|layout| best(layout).map(|(time_s, _)| [layout as f64, time_s])).collect()
     };
-    Series {
-        name: "amr-apf-case2-time".to_owned(),
-        title: "case 2: operation time in twelve random layouts, 8 robots".to_owned(),
-        x: "layout".to_owned(),
-        y: "operation time (s)".to_owned(),
-        form: Form::Bars,
-        lines: vec![
+    Series::chart(
+        Form::Bars,
+        "amr-apf-case2-time",
+        "case 2: operation time in twelve random layouts, 8 robots",
+        ["layout", "operation time (s)"],
+        vec![
             ("DAPF max3".to_owned(), bars(dapf(Variant::Max3))),
             ("AMR C1".to_owned(), bars(amr(Preset::C1))),
             ("DAPF (authors, Gazebo)".to_owned(), stored("case2_o15_DAPF")),
             ("AMR (authors, Gazebo)".to_owned(), stored("case2_o15_AMR")),
         ],
-        discs: Vec::new(),
-    }
+    )
 }
 
 /// Control steps over the number of robots, program of 2025.
@@ -145,15 +141,13 @@ fn late_chart() -> Series {
         let points = runs.filter_map(|(robots, steps)| steps.map(|steps| [robots as f64, steps as f64]));
         (name.replace('_', " "), points.collect())
     };
-    Series {
-        name: "amr-apf-case1-steps-2025".to_owned(),
-        title: "case 1, program of 2025: control steps of the slowest robot".to_owned(),
-        x: "robots".to_owned(),
-        y: "steps of 0.05 s".to_owned(),
-        form: Form::Lines,
-        lines: late::methods().into_iter().map(line).collect(),
-        discs: Vec::new(),
-    }
+    Series::chart(
+        Form::Lines,
+        "amr-apf-case1-steps-2025",
+        "case 1, program of 2025: control steps of the slowest robot",
+        ["robots", "steps of 0.05 s"],
+        late::methods().into_iter().map(line).collect(),
+    )
 }
 
 fn paths(name: &str, method: &str, program: &Program, layout: &Scene) -> Series {
@@ -165,15 +159,12 @@ fn paths(name: &str, method: &str, program: &Program, layout: &Scene) -> Series 
         (format!("robot {}", robot + 1), line(&path))
     };
     let (robots, (_, pillar_m)) = (layout.scenario.robots.len(), radii_m(false));
-    Series {
-        name: name.to_owned(),
-        title: format!("{}, {method}: paths, {} of {} arrive", layout.name, outcome.arrived(), robots),
-        x: "x (m)".to_owned(),
-        y: "y (m)".to_owned(),
-        form: Form::Paths,
-        lines: (0..robots).map(path).collect(),
-        discs: layout.drawn().into_iter().map(|[x, y, _]| [x, y, pillar_m]).collect(),
-    }
+    Series::paths(
+        name.to_owned(),
+        format!("{}, {method}: paths, {} of {} arrive", layout.name, outcome.arrived(), robots),
+        (0..robots).map(path).collect(),
+        layout.drawn().into_iter().map(|[x, y, _]| [x, y, pillar_m]).collect(),
+    )
 }
 
 /// The middle one.

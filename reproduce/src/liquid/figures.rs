@@ -48,15 +48,12 @@ fn paths(scene: &Scene) -> Series {
     // Drawn as what they are to the method: discs of V_r' = A_r.
     let drops = offline.virtual_obstacles.iter().filter(|_| offline.arrives);
     let drops = drops.map(|p| [p.x, p.y, scene.robot().radius_m]);
-    Series {
-        name: scene.name.clone(),
-        title: format!("{}: {}", scene.name, scene.scenario.description),
-        x: "x (m)".into(),
-        y: "y (m)".into(),
-        form: Form::Paths,
+    Series::paths(
+        scene.name.clone(),
+        format!("{}: {}", scene.name, scene.scenario.description),
         lines,
-        discs: scene.drawn().into_iter().chain(drops).collect(),
-    }
+        scene.drawn().into_iter().chain(drops).collect(),
+    )
 }
 
 fn surface(setup: &Setup, virtual_obstacles: &[Point2<f64>], when: &str) -> Series {
@@ -71,13 +68,14 @@ fn surface(setup: &Setup, virtual_obstacles: &[Point2<f64>], when: &str) -> Seri
         (format!("{y}"), points.collect())
     };
     Series {
-        name: format!("{}_potential_{when}", scene.name),
-        title: format!("{}: potential {when} the virtual obstacles were put up (cut at {HEIGHT_MAX})", scene.name),
-        x: "x (m)".into(),
-        y: "y (m)".into(),
-        form: Form::Surface,
-        lines: (0..GRID).map(row).collect(),
         discs: scene.drawn(),
+        ..Series::chart(
+            Form::Surface,
+            format!("{}_potential_{when}", scene.name),
+            format!("{}: potential {when} the virtual obstacles were put up (cut at {HEIGHT_MAX})", scene.name),
+            ["x (m)", "y (m)"],
+            (0..GRID).map(row).collect(),
+        )
     }
 }
 
@@ -96,30 +94,23 @@ fn counts() -> Series {
         }
     }
     let labels = ["liquid: rounds", "liquid: steps", "liquid-online: rounds", "liquid-online: steps"];
-    Series {
-        name: "liquid_counts".into(),
-        title: format!("rounds and steps, where both arrive: {}", names.join(", ")),
-        x: "environment".into(),
-        y: "count".into(),
-        form: Form::Bars,
-        lines: labels.map(str::to_owned).into_iter().zip(bars).collect(),
-        discs: Vec::new(),
-    }
+    Series::chart(
+        Form::Bars,
+        "liquid_counts",
+        format!("rounds and steps, where both arrive: {}", names.join(", ")),
+        ["environment", "count"],
+        labels.map(str::to_owned).into_iter().zip(bars).collect(),
+    )
 }
 
 fn sweep() -> Series {
     let runs = words::sweep_runs();
     let of = |count: fn(&Descent) -> usize| runs.iter().map(|(k_v, run)| [*k_v, count(run) as f64]).collect::<Vec<_>>();
-    Series {
-        name: "liquid_k_v".into(),
-        title: "liquid_u_shallow: fewer virtual obstacles or a shorter path".into(),
-        x: "K_v (m²)".into(),
-        y: "count".into(),
-        form: Form::Lines,
-        lines: vec![
-            ("virtual obstacles".into(), of(|run| run.virtual_obstacles.len())),
-            ("steps".into(), of(Descent::steps)),
-        ],
-        discs: Vec::new(),
-    }
+    Series::chart(
+        Form::Lines,
+        "liquid_k_v",
+        "liquid_u_shallow: fewer virtual obstacles or a shorter path",
+        ["K_v (m²)", "count"],
+        vec![("virtual obstacles".into(), of(|run| run.virtual_obstacles.len())), ("steps".into(), of(Descent::steps))],
+    )
 }

@@ -36,15 +36,13 @@ pub(super) fn series() -> Vec<Series> {
     let bars = |get: fn(&(f64, f64)) -> f64| {
         reductions.iter().enumerate().map(|(i, both)| [(i + 1) as f64, get(both)]).collect()
     };
-    all.push(Series {
-        name: "pso_reductions".to_owned(),
-        title: "What the swarm takes off the raw path; the paper's four cases are in its own environments".to_owned(),
-        x: "mass point 1, mass point 2, arm 1".to_owned(),
-        y: "reduction (%)".to_owned(),
-        form: Form::Bars,
-        lines: vec![("here".to_owned(), bars(|both| both.0)), ("paper".to_owned(), bars(|both| both.1))],
-        discs: Vec::new(),
-    });
+    all.push(Series::chart(
+        Form::Bars,
+        "pso_reductions",
+        "What the swarm takes off the raw path; the paper's four cases are in its own environments",
+        ["mass point 1, mass point 2, arm 1", "reduction (%)"],
+        vec![("here".to_owned(), bars(|both| both.0)), ("paper".to_owned(), bars(|both| both.1))],
+    ));
     all
 }
 
@@ -56,25 +54,20 @@ fn point(name: &str, base: Variant, all: &mut Vec<Series>, reductions: &mut Vec<
     let mut lines: Vec<_> = raws.iter().map(|(v, raw)| (name_of(*v).to_owned(), line(&raw.points))).collect();
     lines.push((format!("swarm on {}", name_of(base)), line(&runs[0].path)));
     lines.push(("via points".to_owned(), line(&runs[0].via)));
-    all.push(Series {
-        name: format!("{name}_paths"),
-        title: format!("{name}: raw paths and the swarm's path"),
-        x: "x (m)".to_owned(),
-        y: "y (m)".to_owned(),
-        form: Form::Paths,
+    all.push(Series::paths(
+        format!("{name}_paths"),
+        format!("{name}: raw paths and the swarm's path"),
         lines,
-        discs: scene(name).drawn(),
-    });
+        scene(name).drawn(),
+    ));
     let curve = |history: &[f64]| history.iter().enumerate().map(|(i, cost)| [i as f64, *cost]).collect();
-    all.push(Series {
-        name: format!("{name}_convergence"),
-        title: format!("{name}: best cost over the iterations, ten seeds"),
-        x: "iteration".to_owned(),
-        y: "best cost (m)".to_owned(),
-        form: Form::Lines,
-        lines: runs.iter().enumerate().map(|(seed, run)| (format!("seed {seed}"), curve(&run.history))).collect(),
-        discs: Vec::new(),
-    });
+    all.push(Series::chart(
+        Form::Lines,
+        format!("{name}_convergence"),
+        format!("{name}: best cost over the iterations, ten seeds"),
+        ["iteration", "best cost (m)"],
+        runs.iter().enumerate().map(|(seed, run)| (format!("seed {seed}"), curve(&run.history))).collect(),
+    ));
     let longest = runs.iter().map(|run| run.length_m).fold(0.0, f64::max);
     let paper = if name == "pso_mass_point_1" { 5.87 } else { 3.44 };
     reductions.push((reduction_percent(length(&raw.points), longest), paper));
@@ -105,15 +98,12 @@ fn arm(name: &str, elbow: Elbow, all: &mut Vec<Series>, reductions: &mut Vec<(f6
         let at = [geometry.base, geometry.elbow(*joints), geometry.tip(*joints)];
         lines.push((format!("pose {:.1} s", i as f64 * 0.05), line(&at)));
     }
-    all.push(Series {
-        name: format!("{file}_paths"),
-        title: format!("{name}, elbow {sheet}: {outcome}"),
-        x: "x (m)".to_owned(),
-        y: "y (m)".to_owned(),
-        form: Form::Paths,
+    all.push(Series::paths(
+        format!("{file}_paths"),
+        format!("{name}, elbow {sheet}: {outcome}"),
         lines,
-        discs: scene(name).drawn(),
-    });
+        scene(name).drawn(),
+    ));
     let end_s = (run.joints_rad.len() - 1) as f64 * 0.05;
     let limits = [geometry.joint_min_rad, geometry.joint_max_rad].into_iter().zip(["least", "most"]);
     let limits = limits.flat_map(|(both, which)| [0, 1].map(|i| (format!("{which} of joint {}", i + 1), both[i])));
@@ -122,13 +112,11 @@ fn arm(name: &str, elbow: Elbow, all: &mut Vec<Series>, reductions: &mut Vec<(f6
         let at = |(tick, joints): (usize, &[f64; 2])| [tick as f64 * 0.05, joints[i].to_degrees()];
         run.joints_rad.iter().enumerate().map(at).collect()
     };
-    all.push(Series {
-        name: format!("{file}_joints"),
-        title: format!("{name}: joint angles as driven, elbow {sheet}"),
-        x: "time (s)".to_owned(),
-        y: "angle (degrees)".to_owned(),
-        form: Form::Lines,
-        lines: [("joint 1".to_owned(), joint(0)), ("joint 2".to_owned(), joint(1))].into_iter().chain(limits).collect(),
-        discs: Vec::new(),
-    });
+    all.push(Series::chart(
+        Form::Lines,
+        format!("{file}_joints"),
+        format!("{name}: joint angles as driven, elbow {sheet}"),
+        ["time (s)", "angle (degrees)"],
+        [("joint 1".to_owned(), joint(0)), ("joint 2".to_owned(), joint(1))].into_iter().chain(limits).collect(),
+    ));
 }

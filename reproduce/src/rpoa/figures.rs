@@ -61,15 +61,12 @@ fn paths(scene: &Scene, runs: &[Named<'_>]) -> Series {
         lines.push((format!("course of obstacle {i}"), drawn(Box::new(at), true)));
     }
     let outcomes: Vec<String> = runs.iter().map(|(name, outcome)| format!("{name} {}", words(outcome))).collect();
-    Series {
-        name: scene.name.clone(),
-        title: format!("{}, obstacles where they start: {}", scene.name, outcomes.join("; ")),
-        x: "x (m)".to_owned(),
-        y: "y (m)".to_owned(),
-        form: Form::Paths,
+    Series::paths(
+        scene.name.clone(),
+        format!("{}, obstacles where they start: {}", scene.name, outcomes.join("; ")),
         lines,
-        discs: scene.drawn(),
-    }
+        scene.drawn(),
+    )
 }
 
 /// What became of a robot.
@@ -94,26 +91,22 @@ fn distances(scene: &Scene, runs: &[Named<'_>]) -> Series {
         };
         ((*name).to_owned(), outcome.path(0).into_iter().enumerate().map(&mut at).collect())
     };
-    Series {
-        name: format!("{}_distance", scene.name),
-        title: format!("{}: distance to the goal, to the end of the run", scene.name),
-        x: "time (s)".to_owned(),
-        y: "distance (m)".to_owned(),
-        form: Form::Lines,
-        lines: runs.iter().map(line).collect(),
-        discs: Vec::new(),
-    }
+    Series::chart(
+        Form::Lines,
+        format!("{}_distance", scene.name),
+        format!("{}: distance to the goal, to the end of the run", scene.name),
+        ["time (s)", "distance (m)"],
+        runs.iter().map(line).collect(),
+    )
 }
 
 fn particles() -> Series {
     let bars = particle_counts().map(|(n, _)| (format!("{n}"), vec![[n as f64, many_particles(n).time_mean()]]));
-    Series {
-        name: "rpoa_particles".to_owned(),
-        title: "Mean time in rpoa_static_moved4 over the number of particles, 20 seeds each".to_owned(),
-        x: "particles".to_owned(),
-        y: "time (s)".to_owned(),
-        form: Form::Bars,
-        lines: bars.into(),
-        discs: Vec::new(),
-    }
+    Series::chart(
+        Form::Bars,
+        "rpoa_particles",
+        "Mean time in rpoa_static_moved4 over the number of particles, 20 seeds each",
+        ["particles", "time (s)"],
+        bars.into(),
+    )
 }

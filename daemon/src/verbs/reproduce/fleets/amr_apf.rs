@@ -222,15 +222,13 @@ impl Experiment {
                 let points = found.iter().zip(1..).map(|(batches, place)| (f64::from(place), value(&batches[i])));
                 (who.name.to_owned(), points.filter_map(|(x, y)| Some([x, y?])).collect())
             };
-            Series {
-                name: format!("amr-apf-{}-processes-{what}", self.name.replace(' ', "")),
-                title: format!("{} {MODE}: {y}", self.name),
-                x: self.place.to_owned(),
-                y: y.to_owned(),
+            Series::chart(
                 form,
-                lines: self.contestants.iter().enumerate().map(line).collect(),
-                discs: Vec::new(),
-            }
+                format!("amr-apf-{}-processes-{what}", self.name.replace(' ', "")),
+                format!("{} {MODE}: {y}", self.name),
+                [self.place, y],
+                self.contestants.iter().enumerate().map(line).collect(),
+            )
         };
         // Layouts have no order.
         let form = if self.place == "robots" { Form::Lines } else { Form::Bars };

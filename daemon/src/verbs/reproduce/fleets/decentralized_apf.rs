@@ -7,7 +7,7 @@ use model::Scenario;
 use reproduce::decentralized_apf::run as one_thread;
 use reproduce::row::{Item, Rows};
 use reproduce::scene::scenes_of;
-use reproduce::stepper::{Rules, Run};
+use reproduce::stepper::{Rules, Run, tidy};
 
 pub(super) fn run(rows: &mut Rows<'_>) -> Result<(), Stop> {
     for scene in scenes_of("apf_").filter(|scene| scene.scenario.robots.len() > 1) {
@@ -46,9 +46,4 @@ fn as_processes(run: &Run) -> Scenario {
     let mut scenario = run.scenario.clone();
     scenario.expect.contacts_max = u64::MAX;
     scenario
-}
-
-/// Without the noise of the last digits.
-fn tidy(x: f64) -> f64 {
-    (x * 1e9).round() / 1e9
 }
