@@ -118,12 +118,13 @@ impl NoticeSender {
         self.flush();
         let Ok(bytes) = encoded("notice", notice) else {
             // No notice holds anything that cannot be encoded.
-            return self.ring.count_lost();
+            return self.ring.count_lost(1);
         };
         match self.waiting.send(notice, bytes, &mut |bytes| self.ring.push(bytes)) {
             Sent::Pushed => self.ring_bell(),
             Sent::Waits => {}
-            Sent::LeftOut => self.ring.count_lost(),
+            Sent::LeftOut => self.ring.count_left_out(),
+            Sent::Lost => self.ring.count_lost(1),
         }
     }
 
@@ -138,9 +139,14 @@ impl NoticeSender {
         after
     }
 
-    /// Notices that were dropped so far.
-    pub fn lost(&self) -> u64 {
-        self.ring.lost()
+    /// This process ends: what waits still is lost, and counted.
+    pub fn abandon(&mut self) {
+        self.ring.count_lost(self.waiting.abandon());
+    }
+
+    /// Entries of the log that were left out so far.
+    pub fn left_out(&self) -> u64 {
+        self.ring.left_out()
     }
 
     /// One write per batch: the flag is cleared by the reader before it looks, so either it sees the message that was
@@ -186,7 +192,12 @@ impl NoticeReceiver {
         take(&self.ring)
     }
 
-    /// Notices that were dropped so far, see [`NoticeSender`].
+    /// Entries of the log that were left out so far, see [`NoticeSender`].
+    pub fn left_out(&self) -> u64 {
+        self.ring.left_out()
+    }
+
+    /// Other notices that are lost: somebody should have acted on them.
     pub fn lost(&self) -> u64 {
         self.ring.lost()
     }

@@ -34,6 +34,16 @@ impl OrderQueue {
     pub fn flush(&mut self, push: &mut Push<'_>) -> usize {
         flush(&mut self.waiting, push)
     }
+
+    /// How many orders wait.
+    pub fn len(&self) -> usize {
+        self.waiting.len()
+    }
+
+    /// Whether none waits.
+    pub fn is_empty(&self) -> bool {
+        self.waiting.is_empty()
+    }
 }
 
 /// What became of a notice.
@@ -43,8 +53,10 @@ pub enum Sent {
     Pushed,
     /// It waits for room.
     Waits,
-    /// It is left out, and has to be counted.
+    /// It is an entry of the log, and is left out. That has to be counted.
     LeftOut,
+    /// It is lost, although somebody should have acted on it. That has to be counted.
+    Lost,
 }
 
 /// Notices that wait for room, in order. Entries of the log do not wait: the outcome holds the log as well.
@@ -58,8 +70,10 @@ impl NoticeQueue {
     pub fn send(&mut self, notice: &Notice, bytes: Vec<u8>, push: &mut Push<'_>) -> Sent {
         if self.waiting.is_empty() && push(&bytes) {
             Sent::Pushed
-        } else if matches!(notice, Notice::Log(_)) || self.waiting.len() >= BACKLOG_MAX {
+        } else if matches!(notice, Notice::Log(_)) {
             Sent::LeftOut
+        } else if self.waiting.len() >= BACKLOG_MAX {
+            Sent::Lost
         } else {
             self.waiting.push_back(bytes);
             Sent::Waits
@@ -69,6 +83,11 @@ impl NoticeQueue {
     /// Hands over what waits, as far as there is room; how many notices wait still.
     pub fn flush(&mut self, push: &mut Push<'_>) -> usize {
         flush(&mut self.waiting, push)
+    }
+
+    /// The world's process ends, and what waits still is lost: how many notices.
+    pub fn abandon(&mut self) -> u64 {
+        std::mem::take(&mut self.waiting).len() as u64
     }
 
     /// How many notices wait.

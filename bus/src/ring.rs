@@ -12,8 +12,9 @@ use std::sync::atomic::Ordering::{AcqRel, Acquire, Relaxed, Release};
 const MAGIC: u64 = u64::from_le_bytes(*b"shoalRg1");
 /// Bytes ever written; only the writer changes it.
 const HEAD: usize = 64;
-/// Messages that found no room; only the writer changes it.
-const LOST: usize = 72;
+/// Messages that found no room and could be left out, and those that could not; only the writer changes them.
+const LEFT_OUT: usize = 72;
+const LOST: usize = 80;
 /// Bytes ever read; only the reader changes it.
 const TAIL: usize = 128;
 /// The reader's bell has been rung since it last looked.
@@ -81,9 +82,18 @@ impl Ring {
         Some(message)
     }
 
-    pub(crate) fn count_lost(&self) {
+    pub(crate) fn count_left_out(&self) {
+        let left_out = self.map.u64_at(LEFT_OUT);
+        left_out.store(left_out.load(Relaxed) + 1, Relaxed);
+    }
+
+    pub(crate) fn left_out(&self) -> u64 {
+        self.map.u64_at(LEFT_OUT).load(Relaxed)
+    }
+
+    pub(crate) fn count_lost(&self, messages: u64) {
         let lost = self.map.u64_at(LOST);
-        lost.store(lost.load(Relaxed) + 1, Relaxed);
+        lost.store(lost.load(Relaxed) + messages, Relaxed);
     }
 
     pub(crate) fn lost(&self) -> u64 {

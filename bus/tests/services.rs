@@ -184,16 +184,16 @@ fn notices_outlast_a_daemon_that_does_not_read() {
     for tick in 0..8192 {
         sender.send(&log(tick));
     }
-    assert_eq!(sender.lost(), 0, "8192 messages of some 110 bytes have room");
+    assert_eq!(sender.left_out(), 0, "8192 messages of some 110 bytes have room");
     for tick in 8192..20_000 {
         sender.send(&log(tick));
     }
-    let lost = sender.lost();
+    let lost = sender.left_out();
     assert!(lost > 0, "then entries of the log are dropped");
     for tick in 0..1000 {
         sender.send(&Notice::Kill { seat: Seat { slot: 0, incarnation: tick } });
     }
-    assert!(sender.flush() > 0 && sender.lost() == lost, "and everything else waits");
+    assert!(sender.flush() > 0 && sender.left_out() == lost, "and everything else waits");
 
     let mut receiver = NoticeReceiver::open(&fleet.daemon).unwrap();
     assert!(is_readable(&receiver), "it was rung before anybody listened");
@@ -217,7 +217,7 @@ fn notices_outlast_a_daemon_that_does_not_read() {
             break;
         }
     }
-    assert_eq!((logged + lost, killed, receiver.lost()), (20_000, 1000, lost));
+    assert_eq!((logged + lost, killed, receiver.left_out()), (20_000, 1000, lost));
 }
 
 #[test]
