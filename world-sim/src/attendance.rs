@@ -71,10 +71,21 @@ impl Attendance {
     /// Nobody waits for this seat any more; what it means is the world's business. A seat that is not in the world, or
     /// not any more, is nobody: what is said of it must not fall on the robot that has its place later.
     pub fn give_up(&mut self, world: &mut World, seat: Seat, cause: Absence, signs: &dyn Fn(Seat) -> u64) {
-        if world.has_process(seat) && !self.is_silent(seat) {
-            self.silent.push((seat, signs(seat)));
-            world.order(Order::Absent { seat, cause });
+        let matters = match cause {
+            // That it does not answer is known.
+            Absence::Overdue => world.has_process(seat) && !self.is_silent(seat),
+            // One that does not take part has nothing to answer. If it is to enter, it does that when it goes on.
+            Absence::Stopped => world.takes_part(seat),
+            // Also of one that had been given up: only now is it known that it will not come back.
+            Absence::Died { .. } | Absence::NotStarted { .. } | Absence::Deaf { .. } => world.has_process(seat),
+        };
+        if !matters {
+            return;
         }
+        if !self.is_silent(seat) {
+            self.silent.push((seat, signs(seat)));
+        }
+        world.order(Order::Absent { seat, cause });
     }
 
     /// A tick is over: robots that gave a sign of life since they were given up come back.

@@ -43,4 +43,5 @@ mod touch;
 pub mod whole_file;
 mod world;
 
+pub use presence::State as RobotState;
 pub use world::{Opening, ROBOT_GONE, TOO_MANY_GOALS, World};

@@ -19,19 +19,34 @@ use protocol::world_to_daemon::Notice;
 
 /// Where a slot is in its life. Ticks are the first of the state that they lead to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum State {
+pub enum State {
     /// There is no robot in this slot.
     Vacant,
-    /// Not in the world yet; enters at this tick, or later when it is ready.
-    Awaited { at: u64 },
-    /// Plans and answers, since this tick.
-    Present { since: u64 },
-    /// Stopped by the timeline; takes part again at this tick.
-    Paused { until: u64 },
-    /// Does not answer. Once it answers again it enters at the next opening.
-    Held { answers: bool },
-    /// Its process has ended; a restart brings it back at this tick.
-    Dead { returns: Option<u64> },
+    /// Not in the world yet.
+    Awaited {
+        /// It enters at this tick, or later when it is ready.
+        at: u64,
+    },
+    /// Plans and answers.
+    Present {
+        /// Since this tick.
+        since: u64,
+    },
+    /// Stopped by the timeline.
+    Paused {
+        /// It takes part again at this tick.
+        until: u64,
+    },
+    /// Does not answer.
+    Held {
+        /// It answers again, and enters at the next opening.
+        answers: bool,
+    },
+    /// Its process has ended.
+    Dead {
+        /// A restart brings it back at this tick.
+        returns: Option<u64>,
+    },
     /// Did not answer and was killed for it.
     Dropped,
     /// Gone, body and all.

@@ -25,6 +25,8 @@ use std::time::Duration;
 
 /// The first period of `realtime` begins this long after everybody is ready.
 const RUN_UP_NS: u64 = 5_000_000;
+/// How long the world waits for a daemon that has not taken its last notices.
+const FAREWELL_NS: u64 = 1_000_000_000;
 
 /// Name of the file in the run's root that holds the scenario.
 pub const SCENARIO_FILE: &str = "scenario";
@@ -380,7 +382,10 @@ impl Shell {
         }
     }
 
+    /// Takes the orders that have come. Notices that wait for room go out as well: while this process waits for a robot, the
+    /// daemon may not know yet that it has to start it.
     fn take_orders(&mut self) {
+        self.notices.flush();
         while let Some(order) = self.orders.take() {
             let gate = &self.gate;
             self.attendance.take(&mut self.world, order, &|seat| gate.signs(seat));
@@ -394,6 +399,15 @@ impl Shell {
         self.notices.flush();
     }
 
+    /// What waits for room in the ring would end with this process: a daemon that is only slow is waited for.
+    fn take_leave(&mut self) {
+        let begun_ns = clock::now_ns();
+        while self.notices.flush() > 0 && clock::now_ns().saturating_sub(begun_ns) < FAREWELL_NS {
+            clock::sleep_until_ns(clock::now_ns() + 1_000_000);
+        }
+        self.notices.abandon();
+    }
+
     /// What is left behind when the run is over.
     fn leave(&mut self) -> WorldEnd {
         self.gate.set_over();
@@ -403,6 +417,7 @@ impl Shell {
         // No tick opens where the last one ended: without this, observers would never see how the run came out.
         self.show(clock::now_ns());
         self.send_notices();
+        self.take_leave();
         let outcome = self.world.outcome();
         let recorded = self.recorder.take().map(|recorder| recorder.finish(&outcome));
         let record_failed = recorded.and_then(Result::err).map(|error| error.to_string());

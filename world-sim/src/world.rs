@@ -188,8 +188,17 @@ impl World {
         }
     }
 
-    /// A robot that was held answers again: it takes part from the next opening on.
+    /// Whether this robot takes part, says the newest tick.
+    pub fn takes_part(&self, seat: Seat) -> bool {
+        let presence = self.presences.get(seat.slot as usize);
+        presence.is_some_and(|presence| presence.seat() == seat && presence.takes_part())
+    }
+
+    /// A robot that was held answers again: it takes part from the next opening on. One that was to be held then is not.
     pub fn back(&mut self, seat: Seat) {
+        let passed = |cause: &Absence| matches!(cause, Absence::Overdue | Absence::Stopped);
+        self.orders
+            .retain(|order| !matches!(order, Order::Absent { seat: who, cause } if *who == seat && passed(cause)));
         if let Some(presence) = self.presences.get_mut(seat.slot as usize) {
             presence.back(seat);
         }

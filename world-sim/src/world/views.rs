@@ -84,6 +84,21 @@ impl World {
         self.robots.get(slot)?.as_ref()
     }
 
+    /// The present life of a slot, and where it is in it.
+    pub fn state(&self, slot: usize) -> Option<(Seat, State)> {
+        self.presences.get(slot).map(|presence| (presence.seat(), presence.state))
+    }
+
+    /// Orders that have not taken effect yet.
+    pub fn orders_waiting(&self) -> usize {
+        self.orders.len()
+    }
+
+    /// The log so far.
+    pub fn events(&self) -> &[model::Event] {
+        &self.journal.events
+    }
+
     /// Contacts so far, between robots and with obstacles.
     pub fn contacts(&self) -> u64 {
         self.contacts.robots + self.contacts.obstacles

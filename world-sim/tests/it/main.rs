@@ -1,6 +1,7 @@
 //! The world as its callers see it, driven by agents that go straight.
 
 mod arms;
+mod attendance;
 mod driver;
 mod physics;
 mod presence;
