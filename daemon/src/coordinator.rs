@@ -124,8 +124,12 @@ pub struct Member {
     pub state: State,
     /// The life to start as soon as the present process is reaped.
     next: Option<Seat>,
+    /// The kernel says that its process is stopped, whoever wanted that.
+    halted: bool,
     /// When the present process was started.
     started_at: Duration,
+    /// Since when its process is to end because its robot has left, once the clock has been looked at.
+    leaving_since: Option<Duration>,
 }
 
 /// The pure state machine of a fleet.
@@ -140,6 +144,17 @@ pub struct Coordinator {
     waiting: Vec<Waiting>,
     /// When time was looked at last.
     looked_at: Option<Duration>,
+    /// Notices of the world that have not come, as far as is known.
+    missed: Missed,
+}
+
+/// Notices that found no room, since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Missed {
+    /// Entries of the log: the outcome has them as well.
+    pub entries: u64,
+    /// All others.
+    pub others: u64,
 }
 
 impl Coordinator {
@@ -155,6 +170,7 @@ impl Coordinator {
             tasks: 0,
             waiting: Vec::new(),
             looked_at: None,
+            missed: Missed::default(),
         }
     }
 
@@ -202,11 +218,11 @@ impl Coordinator {
     pub fn notice(&mut self, notice: Notice) {
         match notice {
             Notice::Expect { seat, .. } => self.expect(seat),
-            Notice::Entered { seat, .. } => self.with_current(seat, |member| member.state = State::Running),
-            Notice::Kill { seat } => self.signal(seat, Signal::Kill, None),
+            Notice::Entered { seat, .. } => self.entered(seat),
+            Notice::Kill { seat } => self.kill(seat),
             Notice::Pause { seat } => self.signal(seat, Signal::Stop, Some(State::Paused)),
             Notice::Resume { seat } => self.signal(seat, Signal::Continue, Some(State::Running)),
-            Notice::Left { seat } => self.with_current(seat, |member| member.state = State::Left),
+            Notice::Left { seat } => self.left(seat),
             Notice::Answer { ticket, refused } => self.answered(ticket, refused),
             Notice::Log(event) => {
                 if is_news(&event) {
@@ -217,11 +233,24 @@ impl Coordinator {
         }
     }
 
+    /// So many notices have found no room by now. Nothing is left out in silence.
+    pub fn missed(&mut self, missed: Missed) {
+        let before = std::mem::replace(&mut self.missed, missed);
+        let entries = missed.entries.saturating_sub(before.entries);
+        if entries > 0 {
+            self.say(format!("{entries} events are left out here, because the daemon did not keep up: see the report"));
+        }
+        let others = missed.others.saturating_sub(before.others);
+        if others > 0 {
+            self.say(format!("{others} notices of the world are lost, because the daemon was away for too long"));
+        }
+    }
+
     /// The shell started a process.
     pub fn spawned(&mut self, seat: Seat, pid: u32, now: Duration) {
         self.with_current(seat, |member| {
             member.pid = Some(pid);
-            member.state = State::Starting;
+            member.halted = false;
             member.started_at = now;
         });
     }
@@ -272,28 +301,34 @@ impl Coordinator {
         }
     }
 
-    /// A process was stopped by a signal.
+    /// A process was stopped by a signal. One that is starting is given up at the start limit if it is not ready by then.
     pub fn stopped(&mut self, seat: Seat) {
-        let wait = self.scenario.fleet.straggler == StragglerPolicy::Wait;
         let mut unasked = false;
         self.with_current(seat, |member| {
-            unasked = member.state != State::Paused;
-            if unasked {
-                member.state = State::Stopped;
-            }
+            member.halted = true;
+            unasked = member.state == State::Running;
         });
-        if unasked && !wait && !self.stopping {
-            self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::Stopped }));
+        if unasked {
+            self.stands_still(seat);
         }
     }
 
     /// A stopped process goes on. The world notices by itself when the robot answers again.
     pub fn continued(&mut self, seat: Seat) {
         self.with_current(seat, |member| {
+            member.halted = false;
             if member.state == State::Stopped {
                 member.state = State::Running;
             }
         });
+    }
+
+    /// A robot in the world stands still, and the world did not ask for it.
+    fn stands_still(&mut self, seat: Seat) {
+        self.with_current(seat, |member| member.state = State::Stopped);
+        if self.scenario.fleet.straggler != StragglerPolicy::Wait && !self.stopping {
+            self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::Stopped }));
+        }
     }
 
     /// Time has passed: whoever is not ready within the start limit is given up, and operators do not wait for ever.
@@ -302,7 +337,10 @@ impl Coordinator {
         // A daemon that has been away itself, as with the whole machine, learns nothing about others from that.
         let away = self.looked_at.map_or(Duration::ZERO, |before| now.saturating_sub(before + LOOKED_WITHIN));
         self.looked_at = Some(now);
-        self.members.iter_mut().for_each(|member| member.started_at += away);
+        for member in &mut self.members {
+            member.started_at += away;
+            member.leaving_since = member.leaving_since.map(|since| since + away);
+        }
         self.waiting.iter_mut().filter_map(|waiting| waiting.since.as_mut()).for_each(|since| *since += away);
         self.answer_late(now);
         let limit = Duration::from_secs_f64(self.scenario.fleet.start_limit_s);
@@ -322,6 +360,20 @@ impl Coordinator {
             self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::NotStarted { why } }));
             self.signal(seat, Signal::Kill, Some(State::Dead));
         }
+        self.end_left(now, limit);
+    }
+
+    /// The process of a robot that has left ends by itself, unless it hangs, or is stopped.
+    fn end_left(&mut self, now: Duration, limit: Duration) {
+        let mut late = Vec::new();
+        for member in self.members.iter_mut().filter(|member| member.state == State::Left && member.pid.is_some()) {
+            let since = *member.leaving_since.get_or_insert(now);
+            if now.saturating_sub(since) > limit {
+                member.leaving_since = Some(now);
+                late.push(member.seat);
+            }
+        }
+        late.into_iter().for_each(|seat| self.signal(seat, Signal::Kill, None));
     }
 
     /// Somebody wants the run to end: the first time in good order, the second time at once.
@@ -358,7 +410,11 @@ impl Coordinator {
                 let old = member.seat;
                 self.signal(old, Signal::Kill, None);
             }
-            Some(_) => self.start(seat),
+            Some(member) => {
+                let old = member.seat;
+                self.withdraw(old);
+                self.start(seat);
+            }
             None => {}
         }
     }
@@ -374,15 +430,59 @@ impl Coordinator {
         }
     }
 
-    fn signal(&mut self, seat: Seat, signal: Signal, state: Option<State>) {
-        let mut running = false;
+    /// The robot is in the world. Its process may have ended since.
+    fn entered(&mut self, seat: Seat) {
+        let mut halted = false;
         self.with_current(seat, |member| {
-            running = member.pid.is_some();
-            if let Some(state) = state {
+            if member.state == State::Starting {
+                member.state = State::Running;
+                halted = member.halted;
+            }
+        });
+        if halted {
+            self.stands_still(seat);
+        }
+    }
+
+    /// The robot has left. A life of it that has not been started yet is not wanted any more.
+    fn left(&mut self, seat: Seat) {
+        let Some(member) = self.members.get_mut(seat.slot as usize) else { return };
+        if member.seat.incarnation <= seat.incarnation {
+            member.state = State::Left;
+            member.next = None;
+            let last = member.seat;
+            self.withdraw(last);
+        }
+    }
+
+    /// The world has given up this life, which may still wait for the one before it to be gone.
+    fn kill(&mut self, seat: Seat) {
+        if let Some(member) = self.members.get_mut(seat.slot as usize) {
+            member.next.take_if(|next| *next == seat);
+        }
+        if self.withdraw(seat) {
+            self.with_current(seat, |member| member.state = State::Dead);
+        }
+        self.signal(seat, Signal::Kill, None);
+    }
+
+    /// The process of this life is not to be started after all; whether it was about to be.
+    fn withdraw(&mut self, seat: Seat) -> bool {
+        let before = self.actions.len();
+        self.actions.retain(|action| *action != Action::Spawn(seat));
+        self.actions.len() < before
+    }
+
+    /// Signals a process, unless it has ended; `state` is where it is then.
+    fn signal(&mut self, seat: Seat, signal: Signal, state: Option<State>) {
+        let mut lives = false;
+        self.with_current(seat, |member| {
+            lives = member.pid.is_some();
+            if let Some(state) = state.filter(|_| lives && member.state != State::Left) {
                 member.state = state;
             }
         });
-        if running {
+        if lives {
             self.actions.push(Action::Signal(seat, signal));
         }
     }
@@ -403,7 +503,15 @@ impl Member {
 
     fn new(slot: u32) -> Member {
         let seat = Seat { slot, incarnation: 0 };
-        Member { seat, pid: None, state: State::Awaited, next: None, started_at: Duration::ZERO }
+        Member {
+            seat,
+            pid: None,
+            state: State::Awaited,
+            next: None,
+            halted: false,
+            started_at: Duration::ZERO,
+            leaving_since: None,
+        }
     }
 }
 

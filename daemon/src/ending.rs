@@ -49,9 +49,7 @@ impl Supervisor {
             return Err(Failure { code: exit::INTERRUPTED, lines: Vec::new() });
         }
         self.coordinator.stopping();
-        while let Some(notice) = self.notices.take() {
-            self.coordinator.notice(notice);
-        }
+        self.hear();
         self.coordinator.refuse_waiting();
         self.act(Some(watch));
         self.show(watch);

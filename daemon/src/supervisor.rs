@@ -1,7 +1,7 @@
 //! The supervisor: the processes of one fleet and the shared memory they live in. It does what the coordinator
 //! decides, and tells it what became of it.
 
-use crate::coordinator::{Action, Answer, Coordinator, Ending, Signal};
+use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, Signal};
 use crate::ending::{Finished, full_memory};
 use crate::executables::Executables;
 use crate::exit::Failure;
@@ -75,7 +75,7 @@ pub struct Supervisor {
     pub(crate) children: Children,
     pub(crate) gate: Gate,
     orders: OrderSender,
-    pub(crate) notices: NoticeReceiver,
+    notices: NoticeReceiver,
     operators: OperatorServer,
     /// Operators whose request the world has not decided yet.
     awaiting: Vec<(Ticket, Responder)>,
@@ -218,9 +218,7 @@ impl Supervisor {
             }
             self.reap();
             self.look();
-            while let Some(notice) = self.notices.take() {
-                self.coordinator.notice(notice);
-            }
+            self.hear();
             self.serve();
             self.orders.flush();
             let gate = &self.gate;
@@ -241,6 +239,14 @@ impl Supervisor {
                 }
             }
         }
+    }
+
+    /// Takes what the world has said.
+    pub(crate) fn hear(&mut self) {
+        while let Some(notice) = self.notices.take() {
+            self.coordinator.notice(notice);
+        }
+        self.coordinator.missed(Missed { entries: self.notices.left_out(), others: self.notices.lost() });
     }
 
     /// The run cannot go on like this: it ends in good order, and what it has come to is reported.

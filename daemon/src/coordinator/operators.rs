@@ -34,6 +34,16 @@ pub(super) struct Waiting {
     reply: Option<Reply>,
 }
 
+impl Waiting {
+    /// What waits, for people.
+    fn what(&self) -> String {
+        match self.ticket {
+            Ticket::Task(task) => format!("task {task} for robot `{}`", self.robot),
+            Ticket::Admit(_) => format!("robot `{}`", self.robot),
+        }
+    }
+}
+
 impl Coordinator {
     /// An operator asks for something. `near` says whether a robot of that radius would overlap a body at a place.
     /// Status needs measurements and is the shell's to answer.
@@ -76,28 +86,36 @@ impl Coordinator {
         }
     }
 
-    /// The world has said all that it will: what it has not taken will not happen.
+    /// Orders of operators that the world has not answered, those included whose operator has been told so.
+    pub fn unanswered(&self) -> usize {
+        self.waiting.len()
+    }
+
+    /// The world has said all that it will: what it has not taken will not happen. Unless what it said is lost.
     pub fn refuse_waiting(&mut self) {
-        while let Some(ticket) = self.waiting.last().map(|waiting| waiting.ticket) {
-            self.answered(ticket, Some("the run is over".to_owned()));
+        if self.missed.others == 0 {
+            while let Some(ticket) = self.waiting.last().map(|waiting| waiting.ticket) {
+                self.answered(ticket, Some("the run is over".to_owned()));
+            }
+        }
+        for waiting in std::mem::take(&mut self.waiting).into_iter().filter(|waiting| waiting.reply.is_some()) {
+            let problem = format!("{}: not confirmed: the run is over, and the world's answer is lost", waiting.what());
+            let hint = "it may have been done: the report says so".to_owned();
+            self.actions.push(Action::Reply(waiting.ticket, Reply::Unconfirmed { problem, hint }));
         }
     }
 
     /// Operators who have waited long enough are told that it is not known yet.
     pub(super) fn answer_late(&mut self, now: Duration) {
-        for Waiting { ticket, robot, since, reply } in &mut self.waiting {
-            let since = *since.get_or_insert(now);
-            if now.saturating_sub(since) <= CONFIRM_WITHIN || reply.take().is_none() {
+        for waiting in &mut self.waiting {
+            let since = *waiting.since.get_or_insert(now);
+            if now.saturating_sub(since) <= CONFIRM_WITHIN || waiting.reply.take().is_none() {
                 continue;
             }
-            let what = match *ticket {
-                Ticket::Task(task) => format!("task {task} for robot `{robot}`"),
-                Ticket::Admit(_) => format!("robot `{robot}`"),
-            };
             let seconds = CONFIRM_WITHIN.as_secs();
-            let problem = format!("{what}: not confirmed: the world has not answered for {seconds} s");
+            let problem = format!("{}: not confirmed: the world has not answered for {seconds} s", waiting.what());
             let hint = "it may still be done; `shoal ps` shows the robots, and whether the world runs".to_owned();
-            self.actions.push(Action::Reply(*ticket, Reply::Unconfirmed { problem, hint }));
+            self.actions.push(Action::Reply(waiting.ticket, Reply::Unconfirmed { problem, hint }));
         }
     }
 

@@ -103,6 +103,111 @@ fn the_next_life_starts_when_the_old_process_is_reaped() {
 }
 
 #[test]
+fn what_is_said_late_of_a_process_that_has_ended_changes_nothing() {
+    let mut coordinator = running(&[]);
+    coordinator.exited(seat(0, 0), killed(), None, None);
+    let of_before = [
+        Notice::Entered { seat: seat(0, 0), tick: 1 },
+        Notice::Pause { seat: seat(0, 0) },
+        Notice::Resume { seat: seat(0, 0) },
+        Notice::Kill { seat: seat(0, 0) },
+    ];
+    of_before.into_iter().for_each(|notice| coordinator.notice(notice));
+    assert_eq!(coordinator.take_actions(), [died(seat(0, 0))]);
+    assert_eq!(coordinator.members()[0].state, State::Dead);
+}
+
+#[test]
+fn a_life_that_is_over_before_it_is_started_is_not_started() {
+    // All of this is heard at once, by a daemon that was away.
+    let heard = |notices: Vec<Notice>, reaped: bool| {
+        let mut coordinator = running(&[]);
+        if reaped {
+            coordinator.exited(seat(0, 0), killed(), None, None);
+        }
+        notices.into_iter().for_each(|notice| coordinator.notice(notice));
+        if !reaped {
+            coordinator.exited(seat(0, 0), killed(), None, None);
+        }
+        let actions = coordinator.take_actions().into_iter();
+        let spawned: Vec<Seat> =
+            actions.filter_map(|action| if let Action::Spawn(seat) = action { Some(seat) } else { None }).collect();
+        (spawned, coordinator.members()[0].state)
+    };
+    let expect = |incarnation: u32| Notice::Expect { seat: seat(0, incarnation), tick: 50 };
+    let (kill, left) = (Notice::Kill { seat: seat(0, 1) }, Notice::Left { seat: seat(0, 1) });
+    for reaped in [true, false] {
+        assert_eq!(heard(vec![expect(1)], reaped), (vec![seat(0, 1)], State::Starting));
+        assert_eq!(heard(vec![expect(1), kill.clone()], reaped), (vec![], State::Dead));
+        assert_eq!(heard(vec![expect(1), kill.clone(), expect(2)], reaped), (vec![seat(0, 2)], State::Starting));
+        assert_eq!(heard(vec![expect(1), left.clone()], reaped), (vec![], State::Left));
+        assert_eq!(heard(vec![left.clone()], reaped), (vec![], State::Left), "it left before its next life began");
+    }
+}
+
+#[test]
+fn a_process_that_is_stopped_while_it_starts_is_given_up_at_the_limit_or_held_when_it_enters() {
+    let mut coordinator = running(&["fleet.start_limit_s=2"]);
+    coordinator.exited(seat(0, 0), killed(), None, None);
+    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
+    coordinator.spawned(seat(0, 1), 200, Duration::from_secs(10));
+    coordinator.take_actions();
+    coordinator.stopped(seat(0, 1));
+    assert_eq!(coordinator.take_actions(), [], "it is not in the world");
+    pass(&mut coordinator, 10..=13, &|_| false);
+    assert_eq!(coordinator.take_actions().len(), 2, "given up, and killed");
+
+    let mut coordinator = running(&["fleet.straggler=\"hold\""]);
+    coordinator.exited(seat(0, 0), killed(), None, None);
+    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
+    coordinator.spawned(seat(0, 1), 200, Duration::from_secs(10));
+    coordinator.stopped(seat(0, 1));
+    coordinator.take_actions();
+    coordinator.notice(Notice::Entered { seat: seat(0, 1), tick: 50 });
+    let order = Order::Absent { seat: seat(0, 1), cause: Absence::Stopped };
+    assert_eq!(coordinator.take_actions(), [Action::Order(order)]);
+    assert_eq!(coordinator.members()[0].state, State::Stopped);
+}
+
+#[test]
+fn a_process_that_does_not_end_when_its_robot_has_left_is_killed() {
+    let mut coordinator = running(&["fleet.start_limit_s=2"]);
+    coordinator.notice(Notice::Left { seat: seat(0, 0) });
+    pass(&mut coordinator, 10..=11, ALL_READY);
+    assert_eq!(coordinator.take_actions(), [], "it has time to end");
+    coordinator.time(Duration::from_secs(60), ALL_READY, NEVER_WAITED);
+    assert_eq!(coordinator.take_actions(), [], "the daemon has been away");
+    pass(&mut coordinator, 61..=61, ALL_READY);
+    assert_eq!(coordinator.take_actions(), [Action::Signal(seat(0, 0), Signal::Kill)]);
+    coordinator.exited(seat(0, 0), killed(), None, None);
+    pass(&mut coordinator, 62..=70, ALL_READY);
+    assert_eq!(coordinator.take_actions(), []);
+    assert_eq!(coordinator.members()[0].state, State::Left);
+}
+
+#[test]
+fn notices_that_did_not_come_are_said_and_answers_among_them_are_not_taken_for_refusals() {
+    let mut coordinator = running(&[]);
+    let said = |coordinator: &mut Coordinator, entries: u64, others: u64| {
+        coordinator.missed(Missed { entries, others });
+        let actions = coordinator.take_actions().into_iter();
+        let lines =
+            actions.map(|action| if let Action::Say(line) = action { line } else { panic!("not said: {action:?}") });
+        lines.map(|line| line.split(' ').next().unwrap_or_default().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(said(&mut coordinator, 0, 0), [""; 0]);
+    assert_eq!(said(&mut coordinator, 12, 0), ["12"]);
+    assert_eq!(said(&mut coordinator, 12, 0), [""; 0], "once");
+    coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
+    coordinator.take_actions();
+    assert_eq!(said(&mut coordinator, 15, 2), ["3", "2"]);
+    coordinator.stopping();
+    coordinator.refuse_waiting();
+    let told = replies(&mut coordinator);
+    assert!(told.len() == 1 && told[0].1.starts_with("task 0 for robot `east`: not confirmed"), "{told:?}");
+}
+
+#[test]
 fn a_stop_is_a_matter_of_policy_unless_the_timeline_asked_for_it() {
     for (policy, expected) in [("wait", 0), ("hold", 1), ("drop", 1)] {
         let mut coordinator = running(&[&format!("fleet.straggler={policy:?}")]);
@@ -157,7 +262,10 @@ fn waiting_for_a_processor_is_not_the_time_of_the_one_that_waits() {
     };
     // Half of the time it was ready and had no processor; and then a process that never gets one.
     assert_eq!(given_up_after(&mut coordinator, &|second| second / 2), Some(5));
-    coordinator.spawned(seat(0, 1), 200, Duration::ZERO);
+    coordinator.exited(seat(0, 1), killed(), None, None);
+    coordinator.notice(Notice::Expect { seat: seat(0, 2), tick: 60 });
+    coordinator.spawned(seat(0, 2), 200, Duration::ZERO);
+    coordinator.take_actions();
     assert_eq!(given_up_after(&mut coordinator, &|second| second), Some(41));
 }
 
