@@ -1,0 +1,210 @@
+//! What has to be true of a fleet whatever happens to it.
+
+use crate::fleet::Fleet;
+use crate::shared::Shared;
+use bus::queue::BACKLOG_MAX;
+use model::Seat;
+use model::{Drive, Mode};
+use protocol::robot_to_world::Command;
+use protocol::world_to_daemon::Notice;
+use shoal::coordinator::{State, WAITING_MAX};
+use world_sim::{RobotState, World};
+
+/// The log holds no more entries.
+const EVENTS_MAX: usize = 10_000 + 1024;
+
+/// What was seen at the last opening.
+#[derive(Default)]
+pub(crate) struct Checks {
+    participants: Vec<Seat>,
+    states: Vec<RobotState>,
+}
+
+impl Checks {
+    /// Robots come and go between two ticks, and it is said; whoever has just come is not heard yet.
+    pub(crate) fn opened(&mut self, world: &World, notices: &[Notice]) {
+        let tick = world.tick();
+        let entered = notices.iter().filter_map(|notice| match notice {
+            Notice::Entered { seat, tick } => Some((*seat, *tick)),
+            _ => None,
+        });
+        let new = world.participants().iter().filter(|seat| !self.participants.contains(seat));
+        let (entered, new): (Vec<_>, Vec<_>) = (entered.collect(), new.map(|seat| (*seat, tick)).collect());
+        assert_eq!(entered, new, "tick {tick}: those who were said to enter, and those who take part");
+        for seat in world.participants() {
+            for who in world.neighbors(seat.slot as usize) {
+                let who = Seat { slot: who.slot, incarnation: who.incarnation };
+                assert!(self.participants.contains(&who), "tick {tick}: {seat:?} hears {who:?}, who has not spoken");
+            }
+        }
+        self.participants = world.participants().to_vec();
+        self.states = states(world);
+    }
+
+    /// Nobody comes or goes while a tick is open, and who was given a command moves.
+    pub(crate) fn closed(&self, world: &World, commands: &[(Seat, Option<Command>)]) {
+        let tick = world.tick() - 1;
+        let change = states(world).into_iter().zip(&self.states).position(|(now, then)| now != *then);
+        assert_eq!(change, None, "tick {tick}: the robot of this slot changed in the middle of a tick");
+        for (seat, command) in commands {
+            let odometry = world.odometry(seat.slot as usize);
+            let moves = odometry.vx_mps != 0.0 || odometry.vy_mps != 0.0;
+            match command.and_then(|command| command.drive()) {
+                None => assert!(!moves, "tick {tick}: {seat:?} was given no command, and moves"),
+                Some(Drive::Velocity(wish)) if wish.norm() > 0.0 => {
+                    assert!(moves, "tick {tick}: {seat:?} was given a command, and stands");
+                }
+                Some(_) => {}
+            }
+        }
+    }
+
+    /// Only what the present life of a robot has said for this moment moves it; and what it has answered does.
+    pub(crate) fn commanded(
+        &self,
+        world: &World,
+        mode: Mode,
+        commands: &[(Seat, Option<Command>)],
+        shared: &Shared,
+        timeout_ns: u64,
+    ) {
+        let tick = world.tick();
+        let seats: Vec<Seat> = commands.iter().map(|(seat, _)| *seat).collect();
+        assert_eq!(seats, self.participants, "tick {tick}: commands are for those who take part");
+        for (seat, command) in commands {
+            let is_readable = shared.memory.boards.get(seat).is_some_and(|board| board.is_readable);
+            let answered = is_readable && shared.memory.answered(*seat, tick);
+            if mode == Mode::Lockstep {
+                assert_eq!(answered, command.is_some(), "tick {tick}: {seat:?} has answered, its command counts");
+            }
+            let Some(command) = command else { continue };
+            assert_eq!(command.incarnation, seat.incarnation, "tick {tick}: {seat:?} is moved by another life");
+            assert_eq!(Some(*command), shared.memory.boards.get(seat).map(|board| board.command));
+            match mode {
+                Mode::Realtime => assert!(command.odometry_stamp_ns + timeout_ns >= shared.now),
+                _ => assert_eq!(command.tick, tick, "{seat:?} is moved by what it said for another tick"),
+            }
+        }
+    }
+}
+
+/// Where everybody is, but for whether those that are held answer again.
+fn states(world: &World) -> Vec<RobotState> {
+    let known = (0..world.slots()).filter_map(|slot| world.state(slot));
+    known
+        .map(|(_, state)| match state {
+            RobotState::Held { .. } => RobotState::Held { answers: false },
+            state => state,
+        })
+        .collect()
+}
+
+/// Memory is bounded, whatever stands still.
+pub(crate) fn bounds(fleet: &Fleet) {
+    let (world, coordinator) = (&fleet.world, &fleet.daemon.coordinator);
+    let slots = coordinator.scenario().fleet.max_robots;
+    // Of each robot: that it stopped, was late, and died, in a few lives.
+    let facts = slots * 3 * 22 + 1 + fleet.shared.coverage.removals as usize;
+    let held = [
+        ("requests that wait for the world", coordinator.unanswered(), WAITING_MAX),
+        ("orders that wait for room", fleet.daemon.orders.len(), WAITING_MAX + facts),
+        ("orders that wait for a tick", world.world.orders_waiting(), WAITING_MAX + facts),
+        ("notices that wait for room", world.notices.len(), BACKLOG_MAX),
+        ("entries of the log", world.world.events().len(), EVENTS_MAX),
+        // A life that is over is in there until its tick closes.
+        ("robots that are not waited for", world.attendance.silent_count(), 2 * slots),
+        ("processes", fleet.kernel.processes.len(), slots),
+        ("robots", coordinator.members().len(), slots),
+    ];
+    for (what, is, most) in held {
+        assert!(is <= most, "{is} {what}, more than {most}");
+    }
+}
+
+/// Nothing is under way: not in a ring, not before one, and no process has changed without notice.
+pub(crate) fn is_drained(fleet: &Fleet) -> bool {
+    let rings = fleet.shared.orders.is_empty() && fleet.shared.notices.is_empty();
+    rings && fleet.daemon.orders.is_empty() && fleet.world.is_drained() && fleet.kernel.is_settled()
+}
+
+/// What the world and the coordinator believe of every robot fits, and with it what the kernel knows. Only to be asked
+/// when nothing is under way.
+pub(crate) fn agreement(fleet: &Fleet) {
+    let (world, coordinator) = (&fleet.world.world, &fleet.daemon.coordinator);
+    assert_eq!(coordinator.unanswered(), 0, "the world has done all that it was asked for, and has not said so");
+    for (slot, member) in coordinator.members().iter().enumerate() {
+        let Some((seat, state)) = world.state(slot) else {
+            assert_eq!(member.state, State::Refused, "slot {slot}: the world does not know this robot");
+            continue;
+        };
+        let runs = fleet.kernel.processes.iter().any(|process| process.seat == seat);
+        let same = member.seat == seat;
+        let fits = match (state, member.state) {
+            (RobotState::Vacant, State::Refused) => !runs,
+            (RobotState::Awaited { .. } | RobotState::Dead { returns: Some(_) }, now) if world.has_process(seat) => {
+                same && runs && matches!(now, State::Starting | State::Stopped)
+            }
+            (RobotState::Awaited { .. } | RobotState::Dead { returns: Some(_) }, State::Awaited | State::Dead) => !runs,
+            (RobotState::Present { .. } | RobotState::Held { .. }, State::Running | State::Stopped) => same && runs,
+            (RobotState::Paused { .. }, State::Running | State::Stopped | State::Paused) => same && runs,
+            (RobotState::Dead { returns: None } | RobotState::Dropped, State::Dead) => !runs,
+            (RobotState::Left, State::Left) => true,
+            _ => false,
+        };
+        assert!(fits, "slot {slot}: the world says {seat:?} {state:?}, process: {runs}; the coordinator {member:?}");
+    }
+    for process in &fleet.kernel.processes {
+        let known = coordinator.members().iter().any(|member| member.seat == process.seat && member.pid.is_some());
+        assert!(known, "the process of {:?} belongs to nobody", process.seat);
+    }
+}
+
+/// After the storm, and after time enough: everybody who can come back has, and of everybody else it is said why not.
+pub(crate) fn nobody_is_lost(fleet: &Fleet) {
+    let world = &fleet.world.world;
+    for slot in 0..world.slots() {
+        let Some((seat, state)) = world.state(slot) else { continue };
+        let Some(robot) = world.robot(slot) else { continue };
+        let said = |kinds: &[&str]| {
+            let mut events = world.events().iter().filter(|event| event.slot == Some(slot as u32));
+            events.any(|event| kinds.contains(&event.kind.as_str()))
+        };
+        let is_fine = match state {
+            RobotState::Present { .. } => true,
+            RobotState::Left => said(&["left"]),
+            RobotState::Dropped => said(&["dropped"]),
+            RobotState::Dead { returns: None } => {
+                seat.incarnation == robot.restart.limit && said(&["died", "killed", "not-started", "deaf"])
+            }
+            _ => false,
+        };
+        assert!(is_fine, "robot {} is lost: {seat:?}, {state:?}, restarts {:?}", robot.id, robot.restart);
+    }
+    for process in fleet.kernel.processes.iter().filter(|process| process.lives()) {
+        assert!(world.has_process(process.seat), "nobody wants the process of {:?}", process.seat);
+    }
+}
+
+/// What did not reach the daemon, it has said so.
+pub(crate) fn nothing_is_missed_in_silence(fleet: &Fleet) {
+    let missed = fleet.shared.missed;
+    assert_eq!(fleet.daemon.said_missed, missed.entries + missed.others, "notices that found no room, as said");
+}
+
+/// A task that a robot was given is done, waits, or is the goal that it heads for: none gets lost on the way. Robots are
+/// left out that were to forget what they had.
+pub(crate) fn tasks_are_kept(fleet: &Fleet) {
+    let world = &fleet.world.world;
+    for slot in 0..world.slots() {
+        let Some(robot) = world.robot(slot) else { continue };
+        let mut tasks = world.events().iter().filter(|event| event.slot == Some(slot as u32) && event.kind == "task");
+        if tasks.clone().any(|event| event.detail.contains("now")) {
+            continue;
+        }
+        let (given, odometry) = (robot.goals.len() + tasks.by_ref().count(), world.odometry(slot));
+        let known = (odometry.goals_done + odometry.goals_left) as usize;
+        // The last goal is done, and is left again while its robot is off it.
+        let twice = odometry.goals_left == 1 && known == given + 1;
+        assert!(known == given || twice, "robot {} was given {given} goals, and knows {known}", robot.id);
+    }
+}

@@ -1,0 +1,90 @@
+//! What happened in storms: a storm in which nothing happens proves nothing.
+
+use model::Event;
+use std::fmt;
+
+macro_rules! coverage {
+    ($($(#[$what:meta])* $name:ident: $text:literal,)*) => {
+        /// How often each thing happened.
+        #[derive(Clone, Debug, Default, PartialEq, Eq)]
+        pub(crate) struct Coverage {
+            $($(#[$what])* pub(crate) $name: u64,)*
+        }
+
+        impl Coverage {
+            pub(crate) fn add(&mut self, other: &Coverage) {
+                $(self.$name += other.$name;)*
+            }
+
+            /// What never happened.
+            pub(crate) fn missing(&self) -> Vec<&'static str> {
+                let all = [$(($text, self.$name)),*];
+                all.into_iter().filter(|(_, times)| *times == 0).map(|(text, _)| text).collect()
+            }
+        }
+
+        impl fmt::Display for Coverage {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                $(writeln!(f, "{:>12}  {}", self.$name, $text)?;)*
+                Ok(())
+            }
+        }
+    };
+}
+
+coverage! {
+    ticks: "ticks",
+    turns: "turns of processes",
+    spawns: "processes started",
+    restarts: "of those, restarts",
+    not_spawned: "processes that could not be started",
+    failed_starts: "processes that fail, hang, or are deaf",
+    late_starts: "processes that start late",
+    deaths: "deaths: killed or crashed",
+    stops: "stops (SIGSTOP)",
+    resumes: "resumes (SIGCONT)",
+    timeline_kills: "kills of the timeline",
+    timeline_pauses: "pauses of the timeline",
+    joins: "robots that joined late",
+    leaves: "robots that left",
+    overdue: "robots that were overdue in `lockstep`",
+    held: "robots that were held",
+    dropped: "robots that were dropped",
+    back: "robots that came back by answering again",
+    gaps: "gaps of a `realtime` world",
+    daemon_stops: "stops of the daemon",
+    world_stops: "stops of the world",
+    orders_full: "orders that found the ring full",
+    notices_full: "notices that found the ring full",
+    notices_left_out: "entries of the log that were left out for that",
+    notices_lost: "other notices that were lost at the end of a run for that",
+    tasks_asked: "tasks asked for",
+    robots_asked: "robots asked for",
+    removals: "robots removed",
+    tasks_acknowledged: "tasks acknowledged",
+    robots_acknowledged: "robots added",
+    refused: "requests refused",
+    unconfirmed: "requests left unconfirmed",
+    drained: "times that world and coordinator were compared",
+    said: "lines for whoever watches",
+    broken_off: "runs that were broken off",
+}
+
+impl Coverage {
+    /// Takes in what the log of a run says.
+    pub(crate) fn count(&mut self, events: &[Event]) {
+        for event in events {
+            match (event.kind.as_str(), event.detail.as_str()) {
+                ("joined", _) => self.joins += u64::from(event.tick > 0),
+                ("restarted", _) => self.restarts += 1,
+                ("killed", _) => self.timeline_kills += 1,
+                ("paused", _) => self.timeline_pauses += 1,
+                ("left", _) => self.leaves += 1,
+                ("held", _) => self.held += 1,
+                ("dropped", _) => self.dropped += 1,
+                ("resumed", "answers again") => self.back += 1,
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The machine: processes that are started, stopped, killed and reaped, with the rules of a kernel.
+
+use crate::agent::{AgentProcess, Fate, Next};
+use crate::dice::MS;
+use crate::shared::Shared;
+use model::Seat;
+use protocol::daemon_to_robot::AgentSpec;
+use shoal::coordinator::{Ending, Signal};
+use shoal::supervisor::Change;
+
+const KILLED: Ending = Ending { signal: Some(9), code: None };
+
+/// A process that has not been reaped.
+pub(crate) struct Process {
+    pub(crate) pid: u32,
+    pub(crate) seat: Seat,
+    agent: AgentProcess,
+    /// When it wants to run next, ns.
+    wake: u64,
+    pub(crate) stopped: bool,
+    /// A signal that nobody can catch is on its way: it takes effect then, ns. What the process does before still counts.
+    dies: Option<u64>,
+    ended: Option<Ending>,
+    deaf_to: Option<u32>,
+    /// What its parent has not been told: of a stop and what follows, the newest alone.
+    news: Option<Change>,
+}
+
+impl Process {
+    pub(crate) fn lives(&self) -> bool {
+        self.ended.is_none()
+    }
+
+    fn next(&self) -> u64 {
+        let runs = if self.stopped { u64::MAX } else { self.wake };
+        if self.lives() { runs.min(self.dies.unwrap_or(u64::MAX)) } else { u64::MAX }
+    }
+}
+
+#[derive(Default)]
+pub(crate) struct Kernel {
+    pub(crate) processes: Vec<Process>,
+    pids: u32,
+    /// The next processes that are started fare like this.
+    pub(crate) fates: Vec<Fate>,
+    /// So many of the next processes cannot be started at all.
+    pub(crate) refusals: usize,
+}
+
+impl Kernel {
+    pub(crate) fn spawn(&mut self, spec: AgentSpec, shared: &mut Shared) -> Result<u32, String> {
+        if self.refusals > 0 && !shared.calm {
+            self.refusals -= 1;
+            shared.coverage.not_spawned += 1;
+            return Err("no process".to_owned());
+        }
+        let fate = self.fates.pop().filter(|_| !shared.calm).unwrap_or(Fate::Well);
+        // Now and then a process starts late: later than anybody waits.
+        let late = !shared.calm && shared.dice.permille(60);
+        shared.coverage.late_starts += u64::from(late);
+        shared.coverage.failed_starts += u64::from(fate != Fate::Well);
+        let starts = if late { shared.dice.between_ms(900, 3000) } else { shared.dice.between_ms(20, 500) };
+        self.pids += 1;
+        let (pid, seat) = (1000 + self.pids, spec.seat);
+        self.processes.push(Process {
+            pid,
+            seat,
+            agent: AgentProcess::new(spec, fate),
+            wake: shared.now + starts,
+            stopped: false,
+            dies: None,
+            ended: None,
+            deaf_to: None,
+            news: None,
+        });
+        shared.coverage.spawns += 1;
+        Ok(pid)
+    }
+
+    pub(crate) fn signal(&mut self, pid: u32, signal: Signal, shared: &mut Shared) {
+        let Some(process) = self.processes.iter_mut().find(|process| process.pid == pid && process.lives()) else {
+            return;
+        };
+        match signal {
+            Signal::Kill => {
+                let at = shared.now + shared.dice.between_ms(0, 4);
+                process.dies.get_or_insert(at);
+            }
+            Signal::Stop if !process.stopped => {
+                process.stopped = true;
+                process.news = Some(Change::Stopped);
+                shared.calls.daemon = true;
+            }
+            Signal::Continue if process.stopped => {
+                process.stopped = false;
+                process.wake = shared.now + MS;
+                process.news = Some(Change::Continued);
+                shared.calls.daemon = true;
+            }
+            Signal::Stop | Signal::Continue => {}
+        }
+    }
+
+    /// It ends by itself, as a process with a bug does.
+    pub(crate) fn crash(&mut self, index: usize, code: i32, shared: &mut Shared) {
+        self.processes[index].ended = Some(Ending { signal: None, code: Some(code) });
+        shared.calls.daemon = true;
+    }
+
+    /// What has become of processes since the last call; those that have ended are gone afterwards.
+    pub(crate) fn reap(&mut self) -> Vec<(Seat, Change, Option<u32>)> {
+        let mut changes = Vec::new();
+        self.processes.retain_mut(|process| {
+            let (news, ended) = (process.news.take(), process.ended.map(Change::Ended));
+            changes.extend(ended.or(news).map(|change| (process.seat, change, process.deaf_to)));
+            ended.is_none()
+        });
+        changes
+    }
+
+    /// Whether nothing is under way between processes and whoever reaps them.
+    pub(crate) fn is_settled(&self) -> bool {
+        self.processes.iter().all(|process| process.lives() && process.dies.is_none() && process.news.is_none())
+    }
+
+    /// Everybody who sleeps on what the world does looks at it soon.
+    pub(crate) fn call_agents(&mut self, shared: &mut Shared) {
+        for process in &mut self.processes {
+            process.wake = process.wake.min(shared.now + shared.haste());
+        }
+    }
+
+    /// The run is over: whoever can run has one turn, and ends in it.
+    pub(crate) fn everybody_ends(&mut self, shared: &mut Shared) {
+        for index in 0..self.processes.len() {
+            if self.processes[index].lives() && !self.processes[index].stopped {
+                self.run(index, shared);
+                assert!(!self.processes[index].lives(), "the process of {:?} goes on", self.processes[index].seat);
+            }
+        }
+    }
+
+    /// The process that is to run next, and when.
+    pub(crate) fn next(&self) -> Option<(u64, usize)> {
+        self.processes.iter().enumerate().map(|(index, process)| (process.next(), index)).min()
+    }
+
+    pub(crate) fn run(&mut self, index: usize, shared: &mut Shared) {
+        let process = &mut self.processes[index];
+        if process.dies.is_some_and(|at| at <= shared.now) {
+            process.ended = Some(KILLED);
+        } else {
+            match process.agent.turn(shared) {
+                Next::Sleep(until) => process.wake = until,
+                Next::End { ending, deaf_to } => (process.ended, process.deaf_to) = (Some(ending), deaf_to),
+            }
+        }
+        shared.calls.daemon |= !process.lives();
+    }
+}

@@ -1,0 +1,93 @@
+//! Operators: what they ask for, what they are answered, and whether that was true.
+
+use model::Event;
+use protocol::daemon_to_world::Ticket;
+use protocol::operator_to_daemon::{Reply, Request};
+use shoal::coordinator::Coordinator;
+use std::collections::VecDeque;
+use world_sim::World;
+
+struct Asked {
+    request: Request,
+    answers: Vec<(Option<Ticket>, Reply)>,
+}
+
+#[derive(Default)]
+pub(crate) struct Operators {
+    asked: Vec<Asked>,
+    /// Requests that the daemon has not taken, by number.
+    queue: VecDeque<usize>,
+}
+
+/// What operators were answered.
+#[derive(Default)]
+pub(crate) struct Answers {
+    pub(crate) tasks: u64,
+    pub(crate) robots: u64,
+    pub(crate) refused: u64,
+    pub(crate) unconfirmed: u64,
+}
+
+impl Operators {
+    pub(crate) fn ask(&mut self, request: Request) {
+        self.queue.push_back(self.asked.len());
+        self.asked.push(Asked { request, answers: Vec::new() });
+    }
+
+    pub(crate) fn take(&mut self) -> Option<(usize, Request)> {
+        let number = self.queue.pop_front()?;
+        Some((number, self.asked[number].request.clone()))
+    }
+
+    pub(crate) fn answer(&mut self, number: usize, ticket: Option<Ticket>, reply: Reply) {
+        let asked = &mut self.asked[number];
+        asked.answers.push((ticket, reply));
+        assert!(asked.answers.len() == 1, "{:?} was answered more than once: {:?}", asked.request, asked.answers);
+    }
+
+    /// When all is over: every request has one answer, and what was acknowledged is in the world.
+    pub(crate) fn check(&self, world: &World, coordinator: &Coordinator) -> Answers {
+        let mut answers = Answers::default();
+        for asked in &self.asked {
+            let [(ticket, reply)] = &asked.answers[..] else {
+                panic!("{:?} was answered {} times", asked.request, asked.answers.len());
+            };
+            match (reply, ticket) {
+                (Reply::Tasked { task }, _) => {
+                    assert_eq!(taken(world.events(), *task), 1, "task {task} was acknowledged");
+                    answers.tasks += 1;
+                }
+                (Reply::Added { robot, slot }, _) => {
+                    let there = world.robot(*slot as usize).map(|robot| robot.id.as_str());
+                    assert_eq!(there, Some(robot.as_str()), "robot {robot} was added");
+                    assert_eq!(coordinator.name(*slot), robot, "the coordinator knows it as well");
+                    answers.robots += 1;
+                }
+                (Reply::Unconfirmed { .. }, Some(_)) => answers.unconfirmed += 1,
+                (Reply::Refused { problem, .. }, ticket) => {
+                    answers.refused += 1;
+                    match ticket {
+                        Some(Ticket::Task(task)) => {
+                            assert_eq!(taken(world.events(), *task), 0, "task {task} was refused: {problem}");
+                        }
+                        Some(Ticket::Admit(_)) => {
+                            let Request::Add(new) = &asked.request else { panic!("{:?}", asked.request) };
+                            let there = (0..world.slots()).filter_map(|slot| world.robot(slot));
+                            let known = there.filter(|robot| Some(&robot.id) == new.id.as_ref()).count();
+                            assert_eq!(known, 0, "robot {:?} was refused: {problem}", new.id);
+                        }
+                        None => {}
+                    }
+                }
+                (reply, ticket) => panic!("{:?}: {ticket:?}, {reply:?}", asked.request),
+            }
+        }
+        answers
+    }
+}
+
+/// How often a robot was given this task.
+fn taken(events: &[Event], task: u32) -> usize {
+    let mark = format!("task {task}: ");
+    events.iter().filter(|event| event.kind == "task" && event.detail.starts_with(&mark)).count()
+}

@@ -1,0 +1,162 @@
+//! What happens to a fleet from outside.
+
+use crate::agent::Fate;
+use crate::dice::MS;
+use crate::fleet::Fleet;
+use protocol::daemon_to_world::Order;
+use protocol::operator_to_daemon::{NewRobot, Request};
+use shoal::coordinator::Signal;
+
+/// Something that happens. A daemon that dies and is followed by another one belongs here as soon as there is such a thing.
+#[derive(Clone, Copy, Debug)]
+enum Act {
+    Kill,
+    Crash,
+    Stop,
+    Resume,
+    StopDaemon,
+    StopWorld,
+    SpoilStart,
+    RefuseStarts,
+    Task,
+    Tasks,
+    Add,
+    Remove,
+}
+
+/// How often each happens, out of a hundred.
+const ACTS: [(usize, Act); 12] = [
+    (18, Act::Kill),
+    (5, Act::Crash),
+    (18, Act::Stop),
+    (20, Act::Resume),
+    (1, Act::StopDaemon),
+    (1, Act::StopWorld),
+    (6, Act::SpoilStart),
+    (3, Act::RefuseStarts),
+    (23, Act::Task),
+    (1, Act::Tasks),
+    (3, Act::Add),
+    (1, Act::Remove),
+];
+
+impl Fleet {
+    /// The weather's turn.
+    pub(crate) fn rage(&mut self) {
+        let mut number = self.shared.dice.below(100);
+        let chosen = ACTS.iter().find(|(times, _)| number.checked_sub(*times).map(|rest| number = rest).is_none());
+        let mut act = chosen.expect("they make a hundred").1;
+        if self.broken_off && self.shared.dice.permille(300) {
+            // Whoever wants the end may not wait for it.
+            act = Act::StopDaemon;
+        }
+        self.shared.tell(|| format!("weather: {act:?}"));
+        match act {
+            Act::Kill => self.strike(|fleet, index| {
+                let pid = fleet.kernel.processes[index].pid;
+                fleet.kernel.signal(pid, Signal::Kill, &mut fleet.shared);
+                fleet.shared.coverage.deaths += 1;
+            }),
+            Act::Crash => self.strike(|fleet, index| {
+                let code = fleet.shared.dice.pick(&[0, 1, 3]);
+                fleet.kernel.crash(index, code, &mut fleet.shared);
+                fleet.shared.coverage.deaths += 1;
+            }),
+            Act::Stop => self.strike(|fleet, index| {
+                let pid = fleet.kernel.processes[index].pid;
+                fleet.kernel.signal(pid, Signal::Stop, &mut fleet.shared);
+                fleet.shared.coverage.stops += 1;
+            }),
+            Act::Resume => self.resume_one(),
+            Act::StopDaemon if self.daemon_stopped < self.shared.now => {
+                self.daemon_stopped = self.shared.now + self.shared.dice.between_ms(200, 6000);
+                self.shared.coverage.daemon_stops += 1;
+            }
+            Act::StopWorld if self.world_stopped < self.shared.now => {
+                self.world_stopped = self.shared.now + self.shared.dice.between_ms(200, 5000);
+                self.shared.coverage.world_stops += 1;
+            }
+            Act::StopDaemon | Act::StopWorld => {}
+            Act::SpoilStart => {
+                let fate = self.shared.dice.pick(&[Fate::Fails, Fate::Hangs, Fate::Deaf, Fate::Mute]);
+                self.kernel.fates.push(fate);
+            }
+            Act::RefuseStarts => self.kernel.refusals += 1,
+            Act::Task => self.task(),
+            Act::Tasks => {
+                for _ in 0..20 + self.shared.dice.below(60) {
+                    self.task();
+                }
+            }
+            Act::Add => self.add(),
+            Act::Remove => {
+                let slot = self.shared.dice.below(self.daemon.coordinator.members().len()) as u32;
+                if self.shared.dice.permille(400) {
+                    self.daemon.order(&Order::Remove { slot }, &mut self.shared);
+                    self.shared.coverage.removals += 1;
+                }
+            }
+        }
+    }
+
+    /// Does something to a process that lives.
+    fn strike(&mut self, blow: impl FnOnce(&mut Fleet, usize)) {
+        let alive: Vec<usize> =
+            (0..self.kernel.processes.len()).filter(|index| self.kernel.processes[*index].lives()).collect();
+        if !alive.is_empty() {
+            let index = self.shared.dice.pick(&alive);
+            blow(self, index);
+        }
+    }
+
+    fn resume_one(&mut self) {
+        let stopped: Vec<u32> =
+            self.kernel.processes.iter().filter(|process| process.stopped).map(|process| process.pid).collect();
+        if !stopped.is_empty() {
+            let pid = self.shared.dice.pick(&stopped);
+            self.kernel.signal(pid, Signal::Continue, &mut self.shared);
+            self.shared.coverage.resumes += 1;
+        }
+    }
+
+    fn task(&mut self) {
+        let members = self.daemon.coordinator.members().len();
+        // One more than there are: that of the last one is unknown.
+        let slot = self.shared.dice.below(members + 1) as u32;
+        let robot = if slot as usize == members { "nobody" } else { self.daemon.coordinator.name(slot) }.to_owned();
+        let goal_m = [20.0 - self.shared.dice.below(40) as f64, self.shared.dice.below(40) as f64];
+        let now = self.shared.dice.permille(50);
+        self.operators.ask(Request::Task { robot, goal_m, yaw_rad: None, now });
+        self.shared.calls.daemon = true;
+        self.shared.coverage.tasks_asked += 1;
+    }
+
+    fn add(&mut self) {
+        self.guests += 1;
+        let y_m = -3.0 * (self.guests % 15) as f64;
+        let (id, start_m, goal_m) = (Some(format!("g{}", self.guests)), [-20.0, y_m], [20.0, y_m]);
+        self.operators.ask(Request::Add(NewRobot { id, start_m, goal_m, ..NewRobot::default() }));
+        self.shared.calls.daemon = true;
+        self.shared.coverage.robots_asked += 1;
+    }
+
+    /// The storm is over: whatever stands still goes on, and nothing more happens.
+    pub(crate) fn calm_down(&mut self) {
+        self.shared.calm = true;
+        self.shared.tell(|| "weather: calm".to_owned());
+        self.daemon_stopped = 0;
+        self.world_stopped = 0;
+        let stopped: Vec<u32> =
+            self.kernel.processes.iter().filter(|process| process.stopped).map(|process| process.pid).collect();
+        for pid in stopped {
+            self.kernel.signal(pid, Signal::Continue, &mut self.shared);
+        }
+        self.shared.calls.daemon = true;
+        self.shared.calls.world = true;
+    }
+
+    /// When it does something next, ns.
+    pub(crate) fn next_gust(&mut self) -> u64 {
+        self.shared.now + self.shared.dice.between_ms(0, self.pause_ms) + MS / 7
+    }
+}

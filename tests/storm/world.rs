@@ -1,0 +1,355 @@
+//! The world's process, a turn at a time: the cores that decide, and around them what the shell does between two sleeps.
+
+use crate::agent::FOREVER;
+use crate::checks::Checks;
+use crate::dice::MS;
+use crate::shared::Shared;
+use bus::queue::{NoticeQueue, Sent};
+use model::Drive;
+use model::Seat;
+use model::{Mode, Scenario};
+use protocol::codec;
+use protocol::daemon_to_world::{Absence, Order};
+use protocol::robot_to_world::Command;
+use protocol::world_to_robot::Odometry;
+use std::time::Duration;
+use world_sim::World;
+use world_sim::attendance::{Attendance, PATIENCE, command_of, command_of_tick};
+use world_sim::pace::Pace;
+
+const PATIENCE_NS: u64 = PATIENCE.as_nanos() as u64;
+/// How long the world waits for a daemon that has not taken its last notices.
+const FAREWELL_NS: u64 = 1000 * MS;
+
+/// What it waits for.
+enum Stage {
+    /// Those that are due.
+    Due,
+    /// `realtime`: that everybody has opened the boards of everybody else.
+    Meeting {
+        begun_ns: u64,
+    },
+    /// `lockstep`: the answers to the open tick.
+    Answers,
+    /// `realtime`: the end of the open period.
+    Period,
+    /// `realtime`: nothing; it was interrupted between taking the commands and closing the tick.
+    Close,
+    /// That the daemon takes the last notices.
+    Leave {
+        begun_ns: u64,
+    },
+    Ended,
+}
+
+pub(crate) struct WorldProcess {
+    pub(crate) world: World,
+    pub(crate) attendance: Attendance,
+    pub(crate) notices: NoticeQueue,
+    pub(crate) checks: Checks,
+    mode: Mode,
+    period_ns: u64,
+    command_timeout_ns: u64,
+    straggler_limit_ns: u64,
+    stage: Stage,
+    pace: Option<Pace>,
+    commands: Vec<(Seat, Option<Command>)>,
+    missing: Vec<Seat>,
+    /// When it wants to run next, ns.
+    pub(crate) wake: u64,
+}
+
+impl WorldProcess {
+    pub(crate) fn new(scenario: &Scenario, shared: &mut Shared) -> WorldProcess {
+        let slots = scenario.fleet.max_robots;
+        let straggler_limit = Duration::from_secs_f64(scenario.fleet.straggler_limit_s);
+        let command_timeout_ns = (scenario.fleet.command_timeout_s * 1e9) as u64;
+        let world = World::new(scenario);
+        shared.memory.pieces = (0..scenario.shape_pieces() as usize).map(|index| world.piece(index)).collect();
+        let mut process = WorldProcess {
+            world,
+            attendance: Attendance::new(slots, straggler_limit, command_timeout_ns),
+            notices: NoticeQueue::default(),
+            checks: Checks::default(),
+            mode: scenario.clock.mode,
+            period_ns: (1e9 / scenario.clock.tick_hz).round() as u64,
+            command_timeout_ns,
+            straggler_limit_ns: straggler_limit.as_nanos() as u64,
+            stage: Stage::Due,
+            pace: None,
+            commands: Vec::new(),
+            missing: Vec::new(),
+            wake: shared.now + 5 * MS,
+        };
+        process.send_notices(shared);
+        process
+    }
+
+    pub(crate) fn turn(&mut self, shared: &mut Shared) {
+        self.wake = shared.now + PATIENCE_NS;
+        match self.stage {
+            Stage::Due => self.await_due(shared),
+            Stage::Meeting { begun_ns } => self.meet(begun_ns, shared),
+            Stage::Answers => self.await_answers(shared),
+            Stage::Period => self.end_period(shared),
+            Stage::Close => self.close_period(shared),
+            Stage::Leave { begun_ns } => self.leave(begun_ns, shared),
+            Stage::Ended => self.wake = FOREVER,
+        }
+    }
+
+    fn over(&self) -> bool {
+        self.world.finished()
+    }
+
+    fn await_due(&mut self, shared: &mut Shared) {
+        self.take_orders(shared);
+        let misses = self.attendance.misses(&mut self.world, &|seat| shared.memory.is_ready(seat));
+        if misses && !self.over() {
+            return;
+        }
+        match self.mode {
+            Mode::Realtime => {
+                for (slot, neighbors) in self.world.foreseen() {
+                    shared.memory.neighbors[slot] = neighbors;
+                }
+                shared.memory.meeting = true;
+                shared.calls.agents = true;
+                self.stage = Stage::Meeting { begun_ns: shared.now };
+            }
+            _ if self.over() => self.begin_leaving(shared),
+            _ => {
+                self.open_tick(shared);
+                self.attendance.await_answers(shared.now);
+                shared.calls.agents = true;
+                self.stage = Stage::Answers;
+                // A tick that nobody takes part in is over at once.
+                self.wake = if self.world.participants().is_empty() { shared.now + MS } else { self.wake };
+            }
+        }
+    }
+
+    fn meet(&mut self, begun_ns: u64, shared: &mut Shared) {
+        self.take_orders(shared);
+        let misses = self.attendance.misses(&mut self.world, &|seat| shared.memory.has_met(seat));
+        if misses && shared.now - begun_ns <= self.straggler_limit_ns && !self.over() {
+            return;
+        }
+        shared.memory.neighbors.iter_mut().for_each(Vec::clear);
+        let start_ns = shared.now + 5 * MS;
+        self.pace = Some(Pace::new(start_ns, self.period_ns, self.command_timeout_ns));
+        self.attendance.begin(start_ns);
+        shared.memory.start_ns = Some(start_ns);
+        shared.calls.agents = true;
+        self.begin_period(shared);
+    }
+
+    // ---- `lockstep`
+
+    fn await_answers(&mut self, shared: &mut Shared) {
+        let tick = self.world.tick();
+        let memory = &shared.memory;
+        self.attendance.missing(&self.world, &|seat| memory.answered(seat, tick), &mut self.missing);
+        if !self.missing.is_empty() {
+            // No kernel says what they did meanwhile: all of the time counts.
+            let overdue = self.attendance.overdue(shared.now, &self.missing, &mut |_| None);
+            for seat in overdue {
+                shared.coverage.overdue += 1;
+                self.attendance.give_up(&mut self.world, seat, Absence::Overdue, &|seat| memory.signs(seat));
+            }
+            self.take_orders(shared);
+            let memory = &shared.memory;
+            self.attendance.missing(&self.world, &|seat| memory.answered(seat, tick), &mut self.missing);
+            if !self.missing.is_empty() {
+                return;
+            }
+        }
+        self.commands.clear();
+        for seat in self.world.participants() {
+            let newest = newest(*seat, shared);
+            self.commands.push((*seat, command_of_tick(tick, shared.memory.answered(*seat, tick), newest)));
+        }
+        self.checks.commanded(&self.world, self.mode, &self.commands, shared, self.command_timeout_ns);
+        self.close_tick(shared);
+        self.take_orders(shared);
+        self.send_notices(shared);
+        self.stage = Stage::Due;
+        self.wake = shared.now + shared.haste();
+    }
+
+    // ---- `realtime`
+
+    fn begin_period(&mut self, shared: &mut Shared) {
+        if self.over() {
+            return self.begin_leaving(shared);
+        }
+        self.open_tick(shared);
+        let due_ns = self.pace.as_mut().expect("it has begun").next_ns();
+        self.stage = Stage::Period;
+        self.wake = due_ns.max(shared.now) + shared.dice.between_ms(0, 2);
+    }
+
+    fn end_period(&mut self, shared: &mut Shared) {
+        if let Some(lost_ns) = self.pace.as_mut().expect("it has begun").woken(shared.now) {
+            shared.coverage.gaps += 1;
+            self.attendance.stood_still(shared.now);
+            self.world.stood_still(lost_ns / MS);
+        }
+        self.commands.clear();
+        let memory = &shared.memory;
+        for seat in self.world.participants().to_vec() {
+            let newest = newest(seat, shared);
+            let signs = &|seat| memory.signs(seat);
+            let command = self.attendance.newest(&mut self.world, seat, newest, shared.now, signs);
+            self.commands.push((seat, command));
+        }
+        self.checks.commanded(&self.world, self.mode, &self.commands, shared, self.command_timeout_ns);
+        if shared.dice.permille(200) {
+            // The processor goes to somebody else for a moment.
+            self.stage = Stage::Close;
+            self.wake = shared.now + shared.dice.between_ms(0, 3);
+        } else {
+            self.close_period(shared);
+        }
+    }
+
+    fn close_period(&mut self, shared: &mut Shared) {
+        self.close_tick(shared);
+        self.take_orders(shared);
+        self.begin_period(shared);
+    }
+
+    // ---- both
+
+    fn open_tick(&mut self, shared: &mut Shared) {
+        self.send_notices(shared);
+        let (memory, attendance) = (&mut shared.memory, &self.attendance);
+        self.world.open(&mut |seat| memory.is_ready(seat) && !attendance.is_silent(seat));
+        let (world, stamp_ns) = (&self.world, shared.now);
+        let opening = world.opening();
+        for index in opening.pieces {
+            memory.pieces.resize(memory.pieces.len().max(index + 1), Default::default());
+            memory.pieces[*index] = world.piece(*index);
+        }
+        for slot in opening.neighbors {
+            memory.neighbors[*slot] = world.neighbors(*slot).to_vec();
+        }
+        for slot in opening.sensed {
+            memory.sensed[*slot] = world.sensed(*slot).to_vec();
+        }
+        for slot in opening.odometry {
+            memory.odometry[*slot] = Odometry { stamp_ns, ..world.odometry(*slot) };
+        }
+        for seat in self.world.participants().to_vec() {
+            if !memory.boards.get(&seat).is_some_and(|board| board.is_readable) {
+                let why = "its commands cannot be read".to_owned();
+                let signs = &|seat| memory.signs(seat);
+                self.attendance.give_up(&mut self.world, seat, Absence::Deaf { why }, signs);
+            }
+            self.attendance.takes_part(seat, self.world.tick(), stamp_ns);
+        }
+        memory.tick = Some(self.world.tick());
+        let notices = self.send_notices(shared);
+        self.checks.opened(&self.world, &notices);
+        shared.coverage.ticks += 1;
+    }
+
+    fn close_tick(&mut self, shared: &mut Shared) {
+        for (seat, command) in &self.commands {
+            if let Some(command) = command {
+                self.world.planned(*seat, command.plan_state());
+            }
+        }
+        let commands = &self.commands;
+        let drive = |seat: Seat| -> Option<Drive> {
+            let index = commands.binary_search_by_key(&seat, |(who, _)| *who).ok()?;
+            commands[index].1?.drive()
+        };
+        self.world.close(&mut |seat| drive(seat));
+        let memory = &shared.memory;
+        self.attendance.welcome_back(&mut self.world, &|seat| memory.signs(seat));
+        self.checks.closed(&self.world, &self.commands);
+        shared.note(self.world.trajectory_hash());
+    }
+
+    fn take_orders(&mut self, shared: &mut Shared) {
+        self.flush(shared);
+        while let Some(bytes) = shared.orders.pop() {
+            let order: Order = codec::decode(&bytes).expect("both ends are the same build");
+            shared.tell(|| format!("world <- {}", brief(&order)));
+            let memory = &shared.memory;
+            self.attendance.take(&mut self.world, order, &|seat| memory.signs(seat));
+        }
+    }
+
+    fn send_notices(&mut self, shared: &mut Shared) -> Vec<protocol::world_to_daemon::Notice> {
+        let notices = self.world.take_notices();
+        for notice in &notices {
+            let bytes = codec::encode(notice).expect("it can be encoded");
+            shared.note_bytes(&bytes);
+            shared.tell(|| format!("world {} -> {notice:?}", self.world.tick()));
+            self.flush(shared);
+            match self.notices.send(notice, bytes, &mut |bytes| shared.notices.push(bytes)) {
+                Sent::Pushed | Sent::Waits => {}
+                Sent::LeftOut => shared.missed.entries += 1,
+                Sent::Lost => shared.missed.others += 1,
+            }
+        }
+        self.flush(shared);
+        notices
+    }
+
+    fn flush(&mut self, shared: &mut Shared) {
+        self.notices.flush(&mut |bytes| shared.notices.push(bytes));
+        shared.calls.daemon |= !shared.notices.is_empty();
+    }
+
+    fn begin_leaving(&mut self, shared: &mut Shared) {
+        self.take_orders(shared);
+        self.world.refuse_orders();
+        self.send_notices(shared);
+        self.stage = Stage::Leave { begun_ns: shared.now };
+        self.wake = shared.now + MS;
+    }
+
+    fn leave(&mut self, begun_ns: u64, shared: &mut Shared) {
+        self.flush(shared);
+        if !self.notices.is_empty() && shared.now - begun_ns < FAREWELL_NS {
+            self.wake = shared.now + MS;
+            return;
+        }
+        shared.missed.others += self.notices.abandon();
+        self.stage = Stage::Ended;
+        shared.world_ended = true;
+        shared.calls.daemon = true;
+    }
+
+    /// Whether it sleeps until somebody calls it, and not until a time.
+    pub(crate) fn waits_for_calls(&self) -> bool {
+        matches!(self.stage, Stage::Due | Stage::Meeting { .. } | Stage::Answers)
+    }
+
+    /// Whether it has done all that it was told, and has said so. When a run is over, what comes late is left undone.
+    pub(crate) fn is_drained(&self) -> bool {
+        let works = !matches!(self.stage, Stage::Close | Stage::Leave { .. } | Stage::Ended);
+        works && self.world.orders_waiting() == 0 && self.notices.is_empty()
+    }
+
+    pub(crate) fn has_ended(&self) -> bool {
+        matches!(self.stage, Stage::Ended)
+    }
+}
+
+/// The newest command on a robot's board.
+fn newest(seat: Seat, shared: &Shared) -> Option<Command> {
+    let board = shared.memory.boards.get(&seat).filter(|board| board.is_readable)?;
+    command_of(seat, board.command)
+}
+
+/// An order in a line: what a robot is like does not matter here.
+fn brief(order: &Order) -> String {
+    match order {
+        Order::Admit { slot, robot } => format!("Admit {{ slot: {slot}, robot: {} }}", robot.id),
+        order => format!("{order:?}"),
+    }
+}
