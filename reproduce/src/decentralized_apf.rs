@@ -1,5 +1,5 @@
 //! The decentralised potential field: worked examples of its law, where robots come to rest, and every expectation of
-//! its environments.
+//! its scenes.
 //!
 //! Tolerances. The specification prints worked examples to six digits after the point. It allows 0.3 s for arrival
 //! times (2.5 s in `apf_antipodal8`, which a grain of dust changes) and 0.02 m for clearances. It gives none for places

@@ -1,8 +1,9 @@
 //! What the papers report, held against what shoal's methods do: one row per claim, in one thread, with each paper's own
 //! update order.
 //!
-//! A paper is one module: it knows the paper's experiments and yields [`Row`]s. The methods themselves are in
-//! `planners`; nothing here is used by a running fleet.
+//! A paper is one module: it knows the paper's experiments and yields [`Row`]s. Where it has to run something, it takes a
+//! scenario from [`scene`] and runs it with [`stepper`]. The methods themselves are in `planners`; nothing here is used by
+//! a running fleet.
 
 pub mod amr_apf;
 pub mod decentralized_apf;

@@ -1,5 +1,5 @@
 //! Liquid-movement potential descent, offline and online, against Khatib's field: worked examples, every expectation of
-//! the environments, and what the specification says about all of them in words.
+//! the scenes, and what the specification says about all of them in words.
 //!
 //! The paper prints no coordinates, so its maps cannot be rebuilt: where it prints a number, the row is about a
 //! stand-in that shows the same, and the paper's number stands beside it for comparison only.

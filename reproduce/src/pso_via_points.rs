@@ -1,7 +1,7 @@
-//! Via points optimised by a particle swarm: worked examples, every expectation of its environments, the claims in words,
+//! Via points optimised by a particle swarm: worked examples, every expectation of its scenes, the claims in words,
 //! and the same method as a robot runs it.
 //!
-//! The paper prints lengths of its own environments, whose coordinates are only in its figures. The environments here
+//! The paper prints lengths of its own environments, whose coordinates are only in its figures. The scenes here
 //! are stand-ins, so the paper's values stand beside ours for their size; what is held to a tolerance is the
 //! specification's reference implementation.
 //!
@@ -12,8 +12,8 @@
 //! percentage point, since 0.5 % of a length moves it that far, their clearance 0.01 m as in section 5. Where this was
 //! written, everything that is not random agrees to all printed digits, except two counts by one or two points.
 //!
-//! Map of the folder: `experiment` how the environments are run; `examples` the worked examples;
-//! `expectations` the environments; `claims` the claims in words; `fleet` the method as a robot runs it; `series`
+//! Map of the folder: `experiment` how the scenes are run; `examples` the worked examples;
+//! `expectations` the scenes; `claims` the claims in words; `fleet` the method as a robot runs it; `series`
 //! the figures.
 
 pub mod experiment;

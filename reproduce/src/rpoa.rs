@@ -1,4 +1,4 @@
-//! Random particle optimisation: worked examples, every expectation of its environments, and what else the
+//! Random particle optimisation: worked examples, every expectation of its scenes, and what else the
 //! specification found out about the method.
 //!
 //! The paper's own numbers are lost, so there is no value of the paper to compare with; its claims in words are.
@@ -8,7 +8,7 @@
 //! 0.5 s for the mean time. It gives none for the rest. Of the potential field: 2 % or one tick, whichever is larger, but
 //! 0.03 m for clearances. Of extremes of 20 random seeds: the range of the same extreme over ten sets of seeds, at least
 //! one tick or 0.03 m; of other things that 20 seeds decide, two standard deviations of the difference between two sets.
-//! Where this was written, everything that is not random agrees to all printed digits, and 4000 seeds of each environment
+//! Where this was written, everything that is not random agrees to all printed digits, and 4000 seeds of each scene
 //! say that 20 seeds of ours would give an extreme like the specification's, or further out, with more than 10 %, on
 //! either side.
 
@@ -45,7 +45,7 @@ const RANGE_NOTE: &str = "our tolerance: the range of this extreme over ten sets
 /// The paper's programs give up after this time, s.
 const LIMIT_S: f64 = 100.0;
 
-/// The environments that the basic rule solves as it should.
+/// The scenes that the basic rule solves as it should.
 const REGULAR: [&str; 6] =
     ["rpoa_static", "rpoa_static_moved4", "rpoa_moving6", "rpoa_orbiter", "rpoa_moving_target", "rpoa_khan2014"];
 

@@ -8,7 +8,7 @@ use shoal_reproduce::stepper::{Rules, Run};
 
 /// What does not hold, and why; the rows say it too.
 const EXCEPTIONS: [&str; 3] = [
-    // In these nine environments the modified rule fails as often as the basic one, in others of them.
+    // In these nine scenes the modified rule fails as often as the basic one, in others of them.
     "environments not solved by all of 20 seeds: modified rule (lambda 1), basic rule",
     // The courses of the paper's obstacles are lost; in the specification's the APF path is no longer than RPOA's.
     "scenario 2 (rpoa_moving6)",
@@ -70,7 +70,7 @@ fn figures_show_who_takes_part() {
     assert!(of("rpoa_squeeze").lines.iter().any(|(name, _)| name == "RPOA with the guard"));
 }
 
-/// With its guard the method touches nothing in any environment, at the price of not getting through some.
+/// With its guard the method touches nothing in any scene, at the price of not getting through some.
 #[test]
 fn guarded_robots_touch_nothing() {
     for scene in scenes_of("rpoa_") {

@@ -79,7 +79,7 @@ fn surface(setup: &Setup, virtual_obstacles: &[Point2<f64>], when: &str) -> Seri
     }
 }
 
-/// Rounds and steps by environment.
+/// Rounds and steps by scene.
 fn counts() -> Series {
     let mut names = Vec::new();
     let mut bars = [const { Vec::new() }; 4];

@@ -108,7 +108,7 @@ pub fn as_in_the_runtime(run: Run) -> Run {
     run.under(rules).each(|robot| robot.limits.speed_mps_max = 1.0)
 }
 
-/// Section 3: the modified rule fails in more environments than the basic one.
+/// Section 3: the modified rule fails in more scenes than the basic one.
 fn modified_rule(rows: &mut Rows<'_>) {
     let failed = |lambda: f64| {
         let fails = |scene: &&Scene| {
@@ -147,7 +147,7 @@ fn small_changes(rows: &mut Rows<'_>) {
     );
 }
 
-/// What the paper says in words about its scenarios, in the environments that stand for them.
+/// What the paper says in words about its scenarios, in the scenes that stand for them.
 pub(super) fn claims(rows: &mut Rows<'_>) {
     let random = |name: &str| Seeds::run(&rpoa(scene(name), "random", 1), 1..=20);
     let apf = |name: &str| field(scene(name), None).run();

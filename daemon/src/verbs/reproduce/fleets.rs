@@ -16,7 +16,7 @@ pub(super) struct Fleets {
     pub(super) series: Vec<Series>,
     /// Somebody broke it off.
     pub(super) broken: bool,
-    /// The environment does not let a fleet run.
+    /// The machine does not let a fleet run.
     pub(super) failure: Option<Failure>,
 }
 

@@ -1,4 +1,4 @@
-//! The environments with several robots, each robot a process. The oracle is the one-thread simulator of `reproduce`
+//! The scenes with several robots, each robot a process. The oracle is the one-thread stepper of `reproduce`
 //! with poses that are a tick old and whose age is known, as they are between processes.
 
 use super::{Stop, begin, lockstep};
