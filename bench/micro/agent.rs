@@ -8,7 +8,7 @@ use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use robot_agent::agent::{Agent, AgentInputs, Time};
-use scenarios::Overrides;
+use scenarios::Draft;
 use std::hint::black_box;
 
 /// Rows are named `method neighbours+obstacles`.
@@ -19,12 +19,14 @@ use std::hint::black_box;
 )]
 fn step(bencher: Bencher<'_, '_>, cell: &Cell) {
     let route = Route::new(cell);
-    let text = format!(
-        "[clock]\nmode = \"lockstep\"\n[layout]\nkind = \"circle-swap\"\nrobots = 2\nradius_m = 5\n\
-         [defaults]\nplanner = \"{}\"",
-        cell.method.name
-    );
-    let scenario = scenarios::parse("micro", &text, &Overrides::default()).unwrap();
+    let scenario = Draft::new()
+        .with("clock.mode", "lockstep")
+        .with("layout.kind", "circle-swap")
+        .with("layout.robots", 2_usize)
+        .with("layout.radius_m", 5.0)
+        .with("defaults.planner", cell.method.name)
+        .scenario("micro")
+        .unwrap();
     let seat = Seat { slot: 0, incarnation: 0 };
     let mut agent = Agent::new(AgentSpec::new(&scenario, &scenario.robots[0], seat)).unwrap();
     let pieces: Vec<Piece> = route.input(0).obstacles.iter().map(piece).collect();

@@ -4,7 +4,7 @@
 use divan::Bencher;
 use model::Drive;
 use nalgebra::Vector2;
-use scenarios::Overrides;
+use scenarios::Draft;
 use std::cell::RefCell;
 use world_sim::World;
 
@@ -16,18 +16,27 @@ const RADIO_M: f64 = 2.1 * SPACING_M;
 const TICK_HZ: f64 = 50.0;
 
 fn lattice(bodies: usize) -> World {
-    let mut text = format!(
-        "[world]\nx_m = [-1e3, 1e3]\ny_m = [-1e3, 1e3]\n\
-         [clock]\nmode = \"single\"\ntick_hz = {TICK_HZ}\nduration_s = 1e5\nstop = \"duration\"\n\
-         [defaults]\nsensor_range_m = {SPACING_M}\nradio_range_m = {RADIO_M}\n\
-         [layout]\nkind = \"grid\"\nrobots = {bodies}\nspacing_m = {SPACING_M}\noffset_m = [500, 0]\n"
-    );
     // In the middle, where the bodies are that have others all around, and out of their way.
-    for index in 0..16 {
-        let [x_m, y_m] = [index % 4, index / 4].map(|place| f64::from(place - 2) * SPACING_M + 0.5);
-        text += &format!("[[obstacle]]\nshape = \"disc\"\ncenter_m = [{x_m}, {y_m}]\nradius_m = 0.1\n");
-    }
-    let scenario = scenarios::parse("micro", &text, &Overrides::default()).unwrap();
+    let obstacle = |index: i32| {
+        let center_m = [index % 4, index / 4].map(|place| f64::from(place - 2) * SPACING_M + 0.5);
+        Draft::new().with("shape", "disc").with("center_m", center_m).with("radius_m", 0.1)
+    };
+    let scenario = Draft::new()
+        .with("world.x_m", [-1e3, 1e3])
+        .with("world.y_m", [-1e3, 1e3])
+        .with("clock.mode", "single")
+        .with("clock.tick_hz", TICK_HZ)
+        .with("clock.duration_s", 1e5)
+        .with("clock.stop", "duration")
+        .with("defaults.sensor_range_m", SPACING_M)
+        .with("defaults.radio_range_m", RADIO_M)
+        .with("layout.kind", "grid")
+        .with("layout.robots", bodies)
+        .with("layout.spacing_m", SPACING_M)
+        .with("layout.offset_m", [500.0, 0.0])
+        .with("obstacle", (0..16).map(obstacle).collect::<Vec<_>>())
+        .scenario("micro")
+        .unwrap();
     let mut world = World::new(&scenario);
     open(&mut world);
     world.take_notices();

@@ -10,7 +10,7 @@ use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
-use scenarios::Overrides;
+use scenarios::Draft;
 use shoal_robot_agent::agent::planner_of;
 use shoal_robot_agent::shell::{self, Args};
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
@@ -30,12 +30,17 @@ fn steady_ticks_do_not_allocate() {
 }
 
 fn check(planner: &str) {
-    let obstacles = "[[obstacle]]\nshape = \"disc\"\ncenter_m = [0, 9]\nradius_m = 0.1\n".repeat(usize::from(PIECES));
-    let text = format!(
-        "[clock]\nmode = \"lockstep\"\n[fleet]\nmax_robots = 64\n[layout]\nkind = \"circle-swap\"\nrobots = 13\n\
-         radius_m = 5\n[defaults]\nplanner = \"{planner}\"\n{obstacles}"
-    );
-    let scenario = scenarios::parse("alloc", &text, &Overrides::default()).unwrap();
+    let disc = Draft::new().with("shape", "disc").with("center_m", [0.0, 9.0]).with("radius_m", 0.1);
+    let scenario = Draft::new()
+        .with("clock.mode", "lockstep")
+        .with("fleet.max_robots", 64_usize)
+        .with("layout.kind", "circle-swap")
+        .with("layout.robots", 13_usize)
+        .with("layout.radius_m", 5.0)
+        .with("defaults.planner", planner)
+        .with("obstacle", vec![disc; usize::from(PIECES)])
+        .scenario("alloc")
+        .unwrap();
     let seat = |slot| Seat { slot, incarnation: 0 };
     let address = Address::create().unwrap();
     let _lease = Lease::take(&address).unwrap();
