@@ -135,6 +135,8 @@ impl Strips<'_> {
 /// So many neighbours an agent keeps apart.
 pub const PAIRS_MAX: usize = 32;
 
+/// Name of the statistics of the world.
+pub const WORLD: &str = "world";
 const DIRECTORY: &str = "stats";
 const MAGIC: u64 = u64::from_le_bytes(*b"shoalSt2");
 

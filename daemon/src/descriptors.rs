@@ -3,7 +3,7 @@
 //! What is certain is refused: the world opens the board of every robot, an agent those of the robots that it hears at
 //! the start. What may come later, when robots meet that are apart now, is found then, and said (event `deaf`).
 
-use crate::exit::Failure;
+use crate::error::{Error, Kind};
 use bus::descriptors::{PER_BOARD, of_agent, of_daemon, of_world, open_now, raise_limit};
 use model::Scenario;
 use world_sim::World;
@@ -11,8 +11,8 @@ use world_sim::World;
 /// Raises the limit as far as it goes, and refuses a fleet that is too large for it.
 ///
 /// # Errors
-/// Exit code 3, naming the need, the limit and the ways out.
-pub fn check(scenario: &Scenario) -> Result<(), Failure> {
+/// Names the need, the limit and the ways out.
+pub fn check(scenario: &Scenario) -> Result<(), Error> {
     let limit = raise_limit();
     let robots = scenario.robots.len();
     let inherited = open_now().unwrap_or(3);
@@ -29,11 +29,11 @@ pub fn check(scenario: &Scenario) -> Result<(), Failure> {
     refuse(&needs, limit)
 }
 
-fn refuse(needs: &[(String, u64)], limit: u64) -> Result<(), Failure> {
+fn refuse(needs: &[(String, u64)], limit: u64) -> Result<(), Error> {
     let Some((who, need)) = needs.iter().max_by_key(|(_, need)| *need).filter(|(_, need)| *need > limit) else {
         return Ok(());
     };
-    Err(Failure::environment(format!("open files: {who} needs {need}, the hard limit for a process is {limit}")).hint(
+    Err(Error::new(Kind::Limits, format!("open files: {who} needs {need}, the hard limit for a process is {limit}")).hint(
         format!(
             "`ulimit -n {need}` (`LimitNOFILE=` of systemd, `--ulimit nofile=` of a container); fewer robots or a smaller \
              radio_range_m need {PER_BOARD} less per robot; `--mode single` needs none"
@@ -44,16 +44,15 @@ fn refuse(needs: &[(String, u64)], limit: u64) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exit;
 
     #[test]
     fn who_needs_most_is_named() {
         let needs = [("the daemon".to_owned(), 43), ("robot `a`, which hears 9 others,".to_owned(), 70)];
         assert_eq!(refuse(&needs, 70), Ok(()));
         let failure = refuse(&needs, 69).unwrap_err();
-        assert_eq!(failure.code, exit::ENVIRONMENT);
-        let text = failure.to_string();
-        assert!(text.starts_with("error: open files: robot `a`, which hears 9 others, needs 70, the hard"), "{text}");
-        assert!(text.contains("is 69\nhint: `ulimit -n 70`"), "{text}");
+        assert_eq!(failure.kind, Kind::Limits);
+        let text = &failure.message;
+        assert!(text.starts_with("open files: robot `a`, which hears 9 others, needs 70, the hard"), "{text}");
+        assert!(text.ends_with("is 69") && failure.hints[0].starts_with("`ulimit -n 70`"), "{failure:?}");
     }
 }

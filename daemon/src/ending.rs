@@ -1,7 +1,7 @@
 //! The end of a run: the world has ended, the agents go, and what they left is read.
 
 use crate::coordinator::Ending;
-use crate::exit::{self, Failure};
+use crate::error::{Error, Kind};
 use crate::processes::Measured;
 use crate::supervisor::{Supervisor, Watch, Who, now};
 use bus::{Address, clean};
@@ -39,14 +39,14 @@ pub struct Finished {
     /// Why there is no record, if one was wanted and there is none.
     pub record_failed: Option<String>,
     /// What went wrong around the run and did not cost its result: it was cut short, or something of it is missing.
-    pub failures: Vec<Failure>,
+    pub failures: Vec<Error>,
 }
 
 impl Supervisor {
     /// The world has ended: take stock, let the agents go, read what they left.
-    pub(crate) fn finish(&mut self, watch: &mut dyn Watch) -> Result<Finished, Failure> {
+    pub(crate) fn finish(&mut self, watch: &mut dyn Watch) -> Result<Finished, Error> {
         if self.killed {
-            return Err(Failure { code: exit::INTERRUPTED, lines: Vec::new() });
+            return Err(Error::new(Kind::Interrupted, "interrupted"));
         }
         self.coordinator.stopping();
         self.hear();
@@ -73,7 +73,7 @@ impl Supervisor {
             let problem =
                 format!("gate: stopped from outside at tick {}, before the end of the run", end.outcome.ticks);
             let hint = "what holds the run together is memory that every process of it, and of this user, can write";
-            failures.push(Failure::environment(problem).hint(hint));
+            failures.push(Error::new(Kind::Gate, problem).hint(hint));
         }
         let stats = self.statistics().unwrap_or_else(|failure| {
             failures.push(failure);
@@ -103,10 +103,10 @@ impl Supervisor {
 
     /// What all processes have counted. Nothing of it may be missing in silence: a run without measurements is not one
     /// without delays.
-    fn statistics(&self) -> Result<Vec<(String, bus::StatsSnapshot)>, Failure> {
+    fn statistics(&self) -> Result<Vec<(String, bus::StatsSnapshot)>, Error> {
         let begun = self.gate.start_ns().is_some();
         let missing = |why: &dyn std::fmt::Display| {
-            Failure::environment(format!("statistics: missing: {why}"))
+            Error::new(Kind::Statistics, format!("statistics: missing: {why}"))
                 .hint("the report covers the whole run, except latencies")
         };
         let departed = self.departed.iter().map(|(slot, counted)| {
@@ -115,20 +115,20 @@ impl Supervisor {
             (robot_agent::shell::spec_file(seat), counted.clone())
         });
         match bus::stats::read_all(&self.address).map(|stats| stats.into_iter().chain(departed).collect::<Vec<_>>()) {
-            Ok(stats) if !begun || stats.iter().any(|(name, _)| name == world_sim::shell::STATS_NAME) => Ok(stats),
+            Ok(stats) if !begun || stats.iter().any(|(name, _)| name == bus::stats::WORLD) => Ok(stats),
             Ok(_) => Err(missing(&"their files were removed")),
             Err(error) => Err(missing(&error)),
         }
     }
 
     /// Ground truth is lost; what the daemon has seen of the run is not.
-    fn without_outcome(&mut self, failures: Vec<Failure>) -> Failure {
+    fn without_outcome(&mut self, failures: Vec<Error>) -> Error {
         let ending = self.world_ending.map_or("does not end".to_owned(), |ending| ending.describe());
-        let mut failure = Failure::environment(format!("world-sim {ending} before the run was over"));
+        let mut failure = Error::new(Kind::World, format!("world-sim {ending} before the run was over"));
         let progress = self.gate.progress();
         if self.gate.start_ns().is_some() {
             let time_s = progress.tick as f64 * self.coordinator.scenario().clock.dt_s();
-            failure = failure.error(format!(
+            failure = failure.detail(format!(
                 "at tick {} ({time_s:.2} s): {} of {} robots had arrived, {} contacts",
                 progress.tick, progress.arrived, progress.robots, progress.contacts
             ));
@@ -136,8 +136,8 @@ impl Supervisor {
         if let Some(words) = self.children.last_words(Who::World, now()) {
             failure = failure.hint(format!("its last output: {words}"));
         }
-        failure = failure.hints(self.world_ending.and_then(full_memory));
-        failure.lines.splice(0..0, failures.into_iter().flat_map(|failure| failure.lines));
+        failure.hints.extend(self.world_ending.and_then(full_memory));
+        failure.before = failures;
         failure.hint("the run has no report; all its files have been removed")
     }
 }
@@ -147,7 +147,7 @@ impl Finished {
     ///
     /// # Errors
     /// The first thing that did.
-    pub fn undisturbed(mut self) -> Result<Finished, Failure> {
+    pub fn undisturbed(mut self) -> Result<Finished, Error> {
         if self.failures.is_empty() { Ok(self) } else { Err(self.failures.swap_remove(0)) }
     }
 }

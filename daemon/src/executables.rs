@@ -3,7 +3,7 @@
 //! `agent` is a path, relative to where shoal is started, and never looked up in PATH. It is made absolute once, before
 //! anything starts, and what was checked is what runs.
 
-use crate::exit::Failure;
+use crate::error::{Error, Kind};
 use model::Scenario;
 use std::collections::BTreeMap;
 use std::io;
@@ -18,13 +18,13 @@ impl Executables {
     /// Finds every executable that a robot names, before anything is started.
     ///
     /// # Errors
-    /// Exit code 3, naming the robot and the file.
-    pub fn find(scenario: &Scenario) -> Result<Executables, Failure> {
+    /// Names the robot and the file.
+    pub fn find(scenario: &Scenario) -> Result<Executables, Error> {
         let mut found = BTreeMap::new();
         for robot in &scenario.robots {
             if let Some(name) = &robot.agent {
                 let path = find(name).map_err(|problem| {
-                    Failure::environment(format!("robot `{}`: agent `{name}`: {problem}", robot.id)).hint(
+                    Error::new(Kind::Agent, format!("robot `{}`: agent `{name}`: {problem}", robot.id)).hint(
                         "`agent` is the path of an executable, relative to where shoal is started; PATH is not searched",
                     )
                 })?;

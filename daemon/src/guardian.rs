@@ -7,7 +7,7 @@
 //! not reach it. It finds the processes by their command lines and by a mark in their environment, not by the number of
 //! a process group, which may be given to others as soon as the group is empty.
 
-use crate::exit::Failure;
+use crate::error::{Error, Kind};
 use bus::{Address, Lease, clean};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::os::unix::process::CommandExt;
@@ -27,13 +27,13 @@ impl Guardian {
     ///
     /// # Errors
     /// When no process can be started.
-    pub fn start(address: &Address) -> Result<Guardian, Failure> {
+    pub fn start(address: &Address) -> Result<Guardian, Error> {
         #[expect(clippy::disallowed_methods, reason = "the guardian is one of the processes of a fleet")]
         let mut command = Command::new("/proc/self/exe");
         command.arg0("shoal").arg("guardian").arg("--root").arg(address.root());
         command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
         let child = command.spawn().map_err(|error| {
-            Failure::environment(format!("guardian: cannot start: {error}"))
+            Error::new(Kind::Process, format!("guardian: cannot start: {error}"))
                 .hint("is the limit on processes reached? see `shoal doctor`")
         })?;
         Ok(Guardian { child })
@@ -73,7 +73,7 @@ fn wait_for_end(address: &Address) {
 ///
 /// # Errors
 /// When shared memory cannot be removed.
-pub fn main(root: &Path) -> Result<(), Failure> {
+pub fn main(root: &Path) -> Result<(), Error> {
     bus::process::leave_ending_to_daemon();
     let Ok(address) = Address::at(root) else { return Ok(()) };
     // While the guardian lives nobody else takes the fleet for abandoned.

@@ -3,7 +3,7 @@
 //! It opens what killed processes were just making, and so may meet anything. Nothing waits for it: a restart does not,
 //! and a janitor that takes too long is killed; the next one begins anew.
 
-use crate::exit::Failure;
+use crate::error::Error;
 use bus::{Address, Node, clean};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
@@ -70,7 +70,7 @@ impl Drop for Janitor {
 ///
 /// # Errors
 /// When the fleet is gone.
-pub fn main(root: &Path, parent: u32) -> Result<(), Failure> {
+pub fn main(root: &Path, parent: u32) -> Result<(), Error> {
     if !bus::process::die_with_parent(parent) {
         return Ok(());
     }

@@ -1,43 +1,32 @@
-//! The daemon and the command line: everything of shoal that is not a message, a method, a robot or a world.
+//! The daemon: the processes of a fleet, from the first to the last.
 //!
 //! ```text
-//! cli, verbs      what can be said                run          a scenario from its text to its report
-//! source          where scenarios come from       single       all cores in one thread
-//! report          what came out                   supervisor   the processes of a fleet, and what they share
-//! progress, out   what people see meanwhile       coordinator  which process should run: pure
-//! exit            codes and failures              guardian     cleans after a killed daemon
-//! file, record    what people keep                picture      the same as SVG
-//! numbers         how many digits              limits       what containers and users may have
-//! measured        from statistics to latencies    scheduling   processors and classes of the processes
+//! supervisor      the processes of one fleet, and what they share: does what the coordinator decides
+//! coordinator     which process should run: pure
+//! ending          the end of a run: what is read, and what is removed
+//! guardian        cleans after a killed daemon           janitor      clears away what dead processes left
+//! processes       children, started, watched, reaped     logs         what they print
+//! executables     agents of one's own                    scheduling   processors and classes of the processes
+//! limits          what containers and users may have     descriptors  open files
+//! signals         those that ask for the end             status       what `ps` shows
+//! error           why it cannot be done
 //! ```
+//!
+//! No command line, no exit code and no picture is named here.
 
-pub mod cli;
 pub mod coordinator;
 pub mod descriptors;
 pub mod ending;
+pub mod error;
 pub mod executables;
-pub mod exit;
-pub mod file;
 pub mod guardian;
 pub mod janitor;
 pub mod limits;
 mod logs;
-pub mod measured;
-pub mod numbers;
-pub mod out;
-pub mod own_limits;
-pub mod picture;
 pub mod processes;
-pub mod progress;
-pub mod record;
-pub mod repeats;
-pub mod report;
-pub mod run;
 pub mod scheduling;
 pub mod signals;
-pub mod single;
-pub mod source;
 pub mod status;
 pub mod supervisor;
-pub mod talk;
-pub mod verbs;
+
+pub use error::{Error, Kind};

@@ -2,9 +2,9 @@
 //! fleet can fit into them at all. Of a group and those above it the tightest limit counts.
 #![expect(clippy::disallowed_methods, reason = "the daemon looks at the machine")]
 
-use crate::exit::Failure;
-use crate::report::text::bytes_text;
+use crate::error::{Error, Kind};
 use model::{Mode, Scenario, TimelineAction};
+use report::text::bytes_text;
 use rustix::process::{Resource, getrlimit};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -166,14 +166,14 @@ fn meminfo(key: &str) -> Option<u64> {
 /// Refuses a fleet that certainly does not fit into what its processes may have.
 ///
 /// # Errors
-/// With exit code 3.
-pub fn check(scenario: &Scenario) -> Result<(), Failure> {
+/// When it does not fit.
+pub fn check(scenario: &Scenario) -> Result<(), Error> {
     let groups = Groups::of_this_process();
     let swap = meminfo("SwapFree:").unwrap_or(0);
     fits(scenario, processes_left(&groups), memory_left(&groups).map(|memory| memory + swap))
 }
 
-fn fits(scenario: &Scenario, processes: Option<u64>, memory: Option<u64>) -> Result<(), Failure> {
+fn fits(scenario: &Scenario, processes: Option<u64>, memory: Option<u64>) -> Result<(), Error> {
     if scenario.clock.mode == Mode::Single {
         return Ok(());
     }
@@ -182,20 +182,24 @@ fn fits(scenario: &Scenario, processes: Option<u64>, memory: Option<u64>) -> Res
     // Beside the agents: the world and the guardian.
     let needed = robots + 2;
     if let Some(left) = processes.filter(|left| *left < needed) {
-        return Err(Failure::environment(format!(
-            "processes: the limits leave {left}, and {robots} robots need {needed} at once"
-        ))
+        return Err(Error::new(
+            Kind::Limits,
+            format!("processes: the limits leave {left}, and {robots} robots need {needed} at once"),
+        )
         .hint(format!(
             "raise the limit (`ulimit -u`, `--pids-limit` of a container, `TasksMax=` of a unit), {fewer}"
         )));
     }
     let needed = memory_needed(robots);
     if let Some(left) = memory.filter(|left| *left < needed) {
-        return Err(Failure::environment(format!(
-            "memory: the limits leave {}, and {robots} robots need {} at least",
-            bytes_text(left),
-            bytes_text(needed)
-        ))
+        return Err(Error::new(
+            Kind::Limits,
+            format!(
+                "memory: the limits leave {}, and {robots} robots need {} at least",
+                bytes_text(left),
+                bytes_text(needed)
+            ),
+        )
         .hint(format!("raise the limit (`--memory` of a container, `MemoryMax=` of a unit), {fewer}")));
     }
     Ok(())
@@ -298,13 +302,15 @@ mod tests {
         let mut scenario = scenarios::parse(entry.name, entry.text, &scenarios::Overrides::default()).unwrap();
         scenario.clock.mode = Mode::Lockstep;
         let robots = together(&scenario);
-        let check = |scenario: &Scenario, processes, memory, words: Option<&str>| {
-            let found = fits(scenario, processes, memory).map_err(|failure| (failure.code, failure.to_string()));
-            match (found, words) {
-                (Ok(()), None) => {}
-                (Err((3, text)), Some(words)) => assert!(text.contains(words) && text.contains("\nhint: "), "{text}"),
-                (found, _) => panic!("{processes:?} {memory:?}: {found:?}"),
+        let check = |scenario: &Scenario, processes, memory, words: Option<&str>| match (
+            fits(scenario, processes, memory),
+            words,
+        ) {
+            (Ok(()), None) => {}
+            (Err(Error { kind: Kind::Limits, message, hints, .. }), Some(words)) => {
+                assert!(message.contains(words) && !hints.is_empty(), "{message}");
             }
+            (found, _) => panic!("{processes:?} {memory:?}: {found:?}"),
         };
         check(&scenario, None, None, None);
         check(&scenario, Some(robots + 2), Some(1 << 30), None);

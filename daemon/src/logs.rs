@@ -150,7 +150,7 @@ impl Log {
         }
         let due = self.summed_up == Duration::ZERO || now.saturating_sub(self.summed_up) >= SUM_UP_EVERY;
         if self.left_out > 0 && (due || ended) {
-            let left_out = crate::report::text::bytes_text(std::mem::take(&mut self.left_out));
+            let left_out = report::text::bytes_text(std::mem::take(&mut self.left_out));
             lines.push(format!("{}: ({left_out} of what it printed left out here)", self.speaker));
             self.summed_up = now;
         }
@@ -167,7 +167,7 @@ impl Log {
             if words.is_empty() {
             } else if self.lines >= 1.0 {
                 self.lines -= 1.0;
-                lines.push(format!("{}: {}", self.speaker, crate::report::cut(&words, LINE_MAX)));
+                lines.push(format!("{}: {}", self.speaker, report::cut(&words, LINE_MAX)));
             } else {
                 self.left_out += line.len() as u64;
             }

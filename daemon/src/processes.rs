@@ -1,14 +1,14 @@
 //! The processes of a fleet: starting, watching, measuring and ending them.
 
 use crate::coordinator::Ending;
+use crate::error::{Error, Kind};
 use crate::executables::{Executables, cannot_start};
-use crate::exit::Failure;
 use crate::logs::Logs;
-use crate::report::ProcessFacts;
 use crate::scheduling::schedule;
 use crate::supervisor::{Change, Who};
 use bus::{Address, Gate};
 use model::{Processes, Seat};
+use report::ProcessFacts;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process, kill_process_group, waitid};
 use std::collections::BTreeMap;
 use std::io;
@@ -87,12 +87,12 @@ impl Children {
     ///
     /// # Errors
     /// When no process can be started.
-    pub fn spawn_world(&mut self) -> Result<u32, Failure> {
+    pub fn spawn_world(&mut self) -> Result<u32, Error> {
         close_on_exec();
         let mut command = shoal("world");
         command.arg("--root").arg(&self.root);
         let pid = self.spawn(command, ProcessFacts::WORLD.to_owned(), Who::World).map_err(|error| {
-            Failure::environment(format!("world-sim: cannot start: {error}"))
+            Error::new(Kind::Process, format!("world-sim: cannot start: {error}"))
                 .hint("is the limit on processes reached? see `shoal doctor`")
         })?;
         Ok(pid)
@@ -345,7 +345,7 @@ fn ending_of(status: &WaitIdStatus) -> Option<Ending> {
 }
 
 /// shoal itself, whatever has become of its file since it was started.
-pub(crate) fn shoal(verb: &str) -> Command {
+pub fn shoal(verb: &str) -> Command {
     #[expect(clippy::disallowed_methods, reason = "the supervisor starts the processes of the fleet")]
     let mut command = Command::new("/proc/self/exe");
     command.arg0("shoal").arg(verb);

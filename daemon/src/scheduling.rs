@@ -4,8 +4,8 @@
 //! that starts, from the first instruction on. What the machine does not allow is found out before anything is started,
 //! by a thread that does the same to itself and ends.
 
-use crate::exit::Failure;
-use model::{Class, Processes, Scheduling};
+use crate::error::{Error, Kind};
+use model::{Class, Processes, Scheduling, cpu_list};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_getaffinity, sched_setaffinity};
 use std::io;
@@ -68,8 +68,8 @@ fn set_class(class: Class) -> io::Result<()> {
 /// Finds out whether this machine allows what a scenario asks for.
 ///
 /// # Errors
-/// Exit code 3, naming the key, the cause and the way out.
-pub fn check(processes: &Processes) -> Result<(), Failure> {
+/// Names the key, the cause and the way out.
+pub fn check(processes: &Processes) -> Result<(), Error> {
     if *processes == Processes::default() {
         return Ok(());
     }
@@ -80,7 +80,7 @@ pub fn check(processes: &Processes) -> Result<(), Failure> {
         }
         let key = format!("processes.{whose}");
         try_out(Wish { class: None, ..Wish::of(scheduling) })
-            .map_err(|error| Failure::environment(format!("{key}.cpus: {error}")).hint("leave the key out"))?;
+            .map_err(|error| Error::new(Kind::Scheduling, format!("{key}.cpus: {error}")).hint("leave the key out"))?;
         if let Some(class) = scheduling.class {
             try_out(Wish { cpus: None, class: Some(class) })
                 .map_err(|error| refused(&key, class, &error, Permission::of_this_process()))?;
@@ -93,7 +93,7 @@ pub fn check(processes: &Processes) -> Result<(), Failure> {
 ///
 /// # Errors
 /// When it may have none.
-pub(crate) fn real_time_priority_max() -> io::Result<u64> {
+pub fn real_time_priority_max() -> io::Result<u64> {
     try_out(Wish { cpus: None, class: Some(Class::Fifo { priority: 1 }) })?;
     let Permission { privileged, priority_max } = Permission::of_this_process();
     Ok(if privileged { PRIORITY_MAX } else { priority_max.min(PRIORITY_MAX) })
@@ -111,7 +111,7 @@ fn try_out(wish: Wish) -> io::Result<()> {
 }
 
 /// The processors that this process may use; `None` where the kernel has more than the call has room for.
-pub(crate) fn processors_of_this_process() -> Option<Vec<u16>> {
+pub fn processors_of_this_process() -> Option<Vec<u16>> {
     let set = sched_getaffinity(None).ok()?;
     Some((0..=model::CPU_MAX).filter(|cpu| set.is_set(usize::from(*cpu))).collect())
 }
@@ -133,37 +133,27 @@ fn listed(text: &str) -> Option<Vec<u16>> {
     Some(cpus)
 }
 
-/// Writes `0-3,8`; `cpus` ascend.
-pub(crate) fn list(cpus: &[u16]) -> String {
-    let runs = cpus.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
-        [first, .., last] => format!("{first}-{last}"),
-        [only] => only.to_string(),
-        [] => String::new(),
-    });
-    runs.collect::<Vec<_>>().join(",")
-}
-
-fn check_cpus(whose: &str, wanted: &[u16], mine: &[u16], online: Option<&[u16]>) -> Result<(), Failure> {
+fn check_cpus(whose: &str, wanted: &[u16], mine: &[u16], online: Option<&[u16]>) -> Result<(), Error> {
     let missing = |among: &[u16]| -> Vec<u16> { wanted.iter().copied().filter(|cpu| !among.contains(cpu)).collect() };
     let refuse = |missing: &[u16], problem: String, hint: String| {
         let noun = if missing.len() == 1 { "processor" } else { "processors" };
-        let message = format!("processes.{whose}.cpus: {noun} {}: {problem}", list(missing));
-        Err(Failure::environment(message).hint(hint))
+        let message = format!("processes.{whose}.cpus: {noun} {}: {problem}", cpu_list(missing));
+        Err(Error::new(Kind::Scheduling, message).hint(hint))
     };
     match online.map(|online| (online, missing(online))) {
         Some((online, offline)) if !offline.is_empty() => refuse(
             &offline,
-            format!("not online; this machine has {}", list(online)),
+            format!("not online; this machine has {}", cpu_list(online)),
             format!("`--set processes.{whose}.cpus=[...]` names others"),
         ),
         _ => match missing(mine).as_slice() {
             [] => Ok(()),
             forbidden => refuse(
                 forbidden,
-                format!("not allowed; shoal itself may only use {}", list(mine)),
+                format!("not allowed; shoal itself may only use {}", cpu_list(mine)),
                 format!(
                     "name others, or start shoal with more: `taskset -c {} shoal ...`, `--cpuset-cpus` of a container",
-                    list(wanted)
+                    cpu_list(wanted)
                 ),
             ),
         },
@@ -189,12 +179,12 @@ impl Permission {
 }
 
 /// Why the kernel refused a class, and the way out.
-fn refused(key: &str, class: Class, error: &io::Error, permission: Permission) -> Failure {
+fn refused(key: &str, class: Class, error: &io::Error, permission: Permission) -> Error {
     let what = match class.priority() {
         Some(priority) => format!("{} with priority {priority}", class.word()),
         None => class.word().to_owned(),
     };
-    let failure = |cause: &str| Failure::environment(format!("{key}.scheduling: {what}: {cause}"));
+    let failure = |cause: &str| Error::new(Kind::Scheduling, format!("{key}.scheduling: {what}: {cause}"));
     let without = "or leave it out: `batch` needs no permission";
     match class.priority() {
         Some(priority) if error.raw_os_error() == Some(libc::EPERM) => {
@@ -217,7 +207,6 @@ fn refused(key: &str, class: Class, error: &io::Error, permission: Permission) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exit;
 
     #[test]
     fn lists_of_processors_are_read_as_they_are_written() {
@@ -225,40 +214,32 @@ mod tests {
             [("0", vec![0]), ("0-1", vec![0, 1]), ("0-3,8", vec![0, 1, 2, 3, 8]), ("2,4,6-7", vec![2, 4, 6, 7])]
         {
             assert_eq!(listed(text), Some(cpus.clone()), "{text}");
-            assert_eq!(list(&cpus), text);
+            assert_eq!(cpu_list(&cpus), text);
         }
         assert_eq!(listed("all"), None);
     }
 
     #[test]
     fn processors_that_cannot_be_had_are_named() {
-        let check = |wanted: &[u16], mine: &[u16], online: Option<&[u16]>, expected: &str| {
-            let found = check_cpus("agents", wanted, mine, online).map_or_else(
-                |failure| {
-                    assert_eq!(failure.code, exit::ENVIRONMENT);
-                    failure.to_string()
-                },
-                |()| String::new(),
-            );
-            assert_eq!(found.lines().next().unwrap_or_default(), expected);
-            assert_eq!(found.contains("hint: "), !expected.is_empty(), "{found}");
+        let check = |wanted: &[u16], mine: &[u16], online: Option<&[u16]>, expected: &str| match check_cpus(
+            "agents", wanted, mine, online,
+        ) {
+            Ok(()) => assert_eq!(expected, ""),
+            Err(Error { kind, message, hints, .. }) => {
+                assert_eq!((kind, message.as_str(), hints.len()), (Kind::Scheduling, expected, 1));
+            }
         };
         check(&[], &[0], Some(&[0]), "");
         check(&[0, 1], &[0, 1, 2], Some(&[0, 1, 2, 3]), "");
         check(&[0, 1], &[0, 1], None, "");
-        check(
-            &[0, 7],
-            &[0, 1],
-            Some(&[0, 1]),
-            "error: processes.agents.cpus: processor 7: not online; this machine has 0-1",
-        );
+        check(&[0, 7], &[0, 1], Some(&[0, 1]), "processes.agents.cpus: processor 7: not online; this machine has 0-1");
         check(
             &[0, 2, 3],
             &[0, 1],
             Some(&[0, 1, 2, 3]),
-            "error: processes.agents.cpus: processors 2-3: not allowed; shoal itself may only use 0-1",
+            "processes.agents.cpus: processors 2-3: not allowed; shoal itself may only use 0-1",
         );
-        check(&[5], &[0], None, "error: processes.agents.cpus: processor 5: not allowed; shoal itself may only use 0");
+        check(&[5], &[0], None, "processes.agents.cpus: processor 5: not allowed; shoal itself may only use 0");
     }
 
     #[test]
@@ -266,10 +247,11 @@ mod tests {
         let check = |class: Class, errno: i32, privileged: bool, priority_max: u64, words: [&str; 2]| {
             let error = io::Error::from_raw_os_error(errno);
             let failure = refused("processes.world", class, &error, Permission { privileged, priority_max });
-            assert_eq!(failure.code, exit::ENVIRONMENT);
-            let text = failure.to_string();
-            assert!(text.starts_with(&format!("error: processes.world.scheduling: {}", class.word())), "{text}");
-            assert!(words.iter().all(|word| text.contains(word)) && text.contains("\nhint: "), "{text}");
+            assert_eq!(failure.kind, Kind::Scheduling);
+            let (text, way_out) = (&failure.message, failure.hints.join("\n"));
+            assert!(text.starts_with(&format!("processes.world.scheduling: {}", class.word())), "{text}");
+            assert!(text.contains(words[0]) || way_out.contains(words[0]), "{text}");
+            assert!(text.contains(words[1]) || way_out.contains(words[1]), "{text}\n{way_out}");
         };
         let fifo = Class::Fifo { priority: 10 };
         check(fifo, libc::EPERM, false, 0, ["with priority 10: not permitted; the limit", "ulimit -r 10"]);

@@ -1,6 +1,6 @@
 //! Signals as something to look at: what arrived since the last look, and a file descriptor to sleep on.
 
-use crate::exit::{self, Failure};
+use crate::error::{Error, Kind};
 use libc::{SIG_DFL, SIG_IGN, sigaction, sigset_t};
 use signal_hook::consts::{SIGCHLD, SIGHUP, SIGINT, SIGTERM};
 use std::ffi::c_int;
@@ -173,18 +173,18 @@ impl Interrupted {
     /// From here on.
     ///
     /// # Errors
-    /// With exit code 3, when a handler cannot be installed.
-    pub fn watch() -> Result<Interrupted, Failure> {
+    /// When a handler cannot be installed.
+    pub fn watch() -> Result<Interrupted, Error> {
         let flag = Arc::new(AtomicBool::new(false));
         held_back(|| {
             minded().into_iter().try_for_each(|signal| {
                 // The order matters: the second signal finds the flag set by the first, and ends the process.
-                signal_hook::flag::register_conditional_shutdown(signal, exit::INTERRUPTED, Arc::clone(&flag))
+                signal_hook::flag::register_conditional_shutdown(signal, report::exit::INTERRUPTED, Arc::clone(&flag))
                     .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&flag)))
                     .map(drop)
             })
         })
-        .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
+        .map_err(|error| Error::new(Kind::Process, format!("signals: cannot install handlers: {error}")))?;
         Ok(Interrupted(flag))
     }
 
@@ -195,11 +195,11 @@ impl Interrupted {
 }
 
 /// Does something that may wait for a reader for ever, after everything else is done: whoever asks for the end now gets
-/// it, with [`exit::INTERRUPTED`]. Where no signal has been minded before, they do what they always do.
+/// it, with [`report::exit::INTERRUPTED`]. Where no signal has been minded before, they do what they always do.
 pub fn ending_at_once<T>(work: impl FnOnce() -> T) -> T {
     extern "C" fn end(_: c_int) {
         // SAFETY: ends the process, which is async-signal-safe.
-        unsafe { libc::_exit(exit::INTERRUPTED) }
+        unsafe { libc::_exit(report::exit::INTERRUPTED) }
     }
     if !MINDED.load(SeqCst) {
         return work();

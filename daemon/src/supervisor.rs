@@ -3,8 +3,8 @@
 
 use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, Signal};
 use crate::ending::{Finished, full_memory};
+use crate::error::{Error, Kind};
 use crate::executables::Executables;
-use crate::exit::Failure;
 use crate::guardian::Guardian;
 use crate::janitor::Janitor;
 use crate::processes::Children;
@@ -87,7 +87,7 @@ pub struct Supervisor {
     footing: Footing,
     footing_seen: Duration,
     /// What went wrong around the run; each of these ends it, and none costs its result.
-    pub(crate) failures: Vec<Failure>,
+    pub(crate) failures: Vec<Error>,
     /// When the world was asked to end.
     asked_at: Option<Duration>,
     /// Somebody wants the end at once.
@@ -109,14 +109,14 @@ pub struct Supervisor {
 /// # Errors
 /// When the environment fails: shared memory, an executable, a process that cannot be started, a dead world; or when
 /// the run is interrupted twice.
-pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> Result<Finished, Failure> {
+pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> Result<Finished, Error> {
     let executables = Executables::find(&scenario)?;
     crate::scheduling::check(&scenario.processes)?;
     crate::limits::check(&scenario)?;
     crate::descriptors::check(&scenario)?;
     // First of all: whoever ends the run from here on finds somebody who cleans.
     let signals = Signals::install()
-        .map_err(|error| Failure::environment(format!("signals: cannot install handlers: {error}")))?;
+        .map_err(|error| Error::new(Kind::Process, format!("signals: cannot install handlers: {error}")))?;
     let address = Address::create()?;
     let with_guests = !executables.is_empty();
     let result =
@@ -149,7 +149,7 @@ impl Supervisor {
         executables: Executables,
         record: Option<&Path>,
         signals: Signals,
-    ) -> Result<Supervisor, Failure> {
+    ) -> Result<Supervisor, Error> {
         let lease = Lease::take(&address)?;
         let sizes = Sizes { max_robots: scenario.fleet.max_robots as u32, shape_pieces: scenario.shape_pieces() };
         sizes.check_space(&address)?;
@@ -192,7 +192,7 @@ impl Supervisor {
     }
 
     /// Starts the world, and the agents of all robots that are there from the beginning.
-    fn start(&mut self) -> Result<(), Failure> {
+    fn start(&mut self) -> Result<(), Error> {
         self.spawned_ns = clock::now_ns();
         self.children.spawn_world()?;
         self.coordinator.begin();
@@ -250,7 +250,7 @@ impl Supervisor {
     }
 
     /// The run cannot go on like this: it ends in good order, and what it has come to is reported.
-    fn fail(&mut self, failure: Failure) {
+    fn fail(&mut self, failure: Error) {
         if self.failures.is_empty() {
             self.coordinator.enough();
         }
@@ -268,7 +268,7 @@ impl Supervisor {
             let problem =
                 format!("fleet `{}`: its files were removed: `{}` does not exist", self.address.id(), path.display());
             self.fail(
-                Failure::environment(problem).hint(
+                Error::new(Kind::Memory, problem).hint(
                     "was it `rm` in /dev/shm, or logind at a logout (`RemoveIPC=no` in logind.conf prevents that)?",
                 ),
             );
@@ -368,7 +368,7 @@ impl Supervisor {
         let (id, program) = (robot.id.clone(), robot.agent.clone());
         let spec = AgentSpec::new(self.coordinator.scenario(), robot, seat);
         if let Err(failure) = write(&self.address, &robot_agent::shell::spec_file(seat), &spec) {
-            return self.coordinator.not_spawned(seat, failure.message().to_owned());
+            return self.coordinator.not_spawned(seat, failure.message);
         }
         match self.children.spawn_agent(seat, &id, program.as_deref()) {
             Ok(pid) => self.coordinator.spawned(seat, pid, now()),
@@ -440,21 +440,22 @@ pub enum Change {
 }
 
 /// Leaves a value for a process of the fleet, as a file in the root of the run.
-fn write<T: serde::Serialize>(address: &Address, name: &str, value: &T) -> Result<(), Failure> {
+fn write<T: serde::Serialize>(address: &Address, name: &str, value: &T) -> Result<(), Error> {
     let path = address.file(name);
-    let bytes = codec::encode(value).map_err(|error| Failure::environment(format!("`{}`: {error}", path.display())))?;
+    let bytes =
+        codec::encode(value).map_err(|error| Error::new(Kind::Memory, format!("`{}`: {error}", path.display())))?;
     write_bytes(&path, &bytes)
 }
 
-fn no_room(address: &Address, error: &std::io::Error) -> Failure {
-    Failure::environment(format!("outcome of fleet `{}`: cannot reserve space: {error}", address.id()))
+fn no_room(address: &Address, error: &std::io::Error) -> Error {
+    Error::new(Kind::Memory, format!("outcome of fleet `{}`: cannot reserve space: {error}", address.id()))
         .hint("is /dev/shm full (`df -h /dev/shm`, `shoal clean`), or a limit on file sizes set (`ulimit -f`)?")
 }
 
-fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     #[expect(clippy::disallowed_methods, reason = "the supervisor leaves specs in the root of the run")]
     std::fs::write(path, bytes).map_err(|error| {
-        Failure::environment(format!("`{}`: cannot write: {error}", path.display()))
+        Error::new(Kind::Memory, format!("`{}`: cannot write: {error}", path.display()))
             .hint("is /dev/shm full? see `df -h /dev/shm` and `shoal clean`")
     })
 }

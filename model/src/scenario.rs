@@ -209,6 +209,16 @@ impl Class {
     }
 }
 
+/// Numbers of processors as Linux writes them, `0-3,8`; `cpus` ascend.
+pub fn cpu_list(cpus: &[u16]) -> String {
+    let runs = cpus.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
+        [first, .., last] => format!("{first}-{last}"),
+        [only] => only.to_string(),
+        [] => String::new(),
+    });
+    runs.collect::<Vec<_>>().join(",")
+}
+
 /// The radio between robots. Delay, loss and noise act where a pose is received.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Radio {

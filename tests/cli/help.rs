@@ -47,7 +47,7 @@ texts! {
 /// A verb that comes gets a row above.
 #[test]
 fn no_verb_is_forgotten() {
-    let command = shoal::cli::Cli::command();
+    let command = shoal::args::Cli::command();
     let verbs: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
     let known = "run plot reproduce stress bench validate schema planners doctor clean ps latency add task";
@@ -64,7 +64,7 @@ fn examples_fit_their_lines() {
         }
         command.get_subcommands().for_each(check);
     }
-    check(&shoal::cli::Cli::command());
+    check(&shoal::args::Cli::command());
 }
 
 #[test]

@@ -4,8 +4,8 @@ use crate::counting::peak_of;
 use model::Scenario;
 use protocol::record::{MAGIC_END, Record};
 use scenarios::Overrides;
-use shoal::picture::{run::draw, scene::Scene};
 use std::ops::ControlFlow;
+use view::{run::draw, scene::Scene};
 use world_sim::recorder::Recorder;
 
 /// A mutant of a few kilobytes may take this much, bytes: mostly for its picture.
@@ -34,7 +34,7 @@ fn record(scenario: &Scenario) -> Vec<u8> {
     let path = folder.path().join("run.rec");
     let mut recorder = Recorder::begin(&path, scenario).expect("a file");
     let outcome =
-        shoal::single::run_shown(scenario, &mut |world| recorder.frame(world), &mut |_, _| ControlFlow::Continue(()));
+        single::run_shown(scenario, &mut |world| recorder.frame(world), &mut |_, _| ControlFlow::Continue(()));
     recorder.finish(&outcome.expect("it runs")).expect("a record");
     std::fs::read(path).expect("the record")
 }

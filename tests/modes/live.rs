@@ -127,7 +127,7 @@ fn the_report_of_realtime_is_what_an_observer_saw() {
     ] {
         let told = outcome[name].as_f64();
         // A report holds the digits that are known.
-        let truth = truth.map(shoal::numbers::rounded);
+        let truth = truth.map(report::numbers::rounded);
         assert!(told.zip(truth).is_some_and(|(told, truth)| agree(told, truth)), "{name}: {told:?}, seen {truth:?}");
     }
     for (name, truth) in [

@@ -212,7 +212,7 @@ fn a_method_that_finds_no_way_says_so() {
                 corners_m = [[2, -2], [6, -2], [6, -1.6], [2.4, -1.6], [2.4, 1.6], [6, 1.6], [6, 2], [2, 2]]\n\
                 [[obstacle]]\nshape = \"segment\"\nfrom_m = [5.6, -2]\nto_m = [5.6, 2]\n";
     let scenario = parse("ring", text, &Overrides::default()).unwrap();
-    let outcome = shoal::single::run(&scenario, &mut |_, _| std::ops::ControlFlow::Continue(())).unwrap();
+    let outcome = single::run(&scenario, &mut |_, _| std::ops::ControlFlow::Continue(())).unwrap();
     let robot = &outcome.robots[0];
     assert!(!robot.arrived);
     assert_eq!(robot.plan, model::PlanState::GaveUp, "{robot:?}");

@@ -1,12 +1,12 @@
 //! Operators, the coordinator and the world in one thread, with messages under way for any time and processes that die:
 //! every request gets one answer, and what was acknowledged is in the world.
 
+use daemon::coordinator::{Action, Answer, Coordinator, Ending, Signal};
 use model::Seat;
 use model::random::Stream;
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use protocol::world_to_daemon::Notice;
-use shoal::coordinator::{Action, Answer, Coordinator, Ending, Signal};
 use shoal_tests::{scenario, seeds};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;

@@ -3,7 +3,7 @@
 use model::{Event, Outcome, Scenario};
 use nalgebra::Point2;
 use protocol::world_to_observer::FrameBody;
-use shoal::report::{Report, RunFacts};
+use report::{Report, RunFacts};
 use std::ops::ControlFlow;
 use world_sim::World;
 
@@ -67,7 +67,7 @@ impl Recording {
     /// When a method cannot be built, which validation excludes.
     pub fn of(scenario: &Scenario) -> Recording {
         let mut frames = vec![frame(&World::new(scenario))];
-        let outcome = shoal::single::run(scenario, &mut |world, _| {
+        let outcome = single::run(scenario, &mut |world, _| {
             frames.push(frame(world));
             ControlFlow::Continue(())
         });
@@ -78,7 +78,7 @@ impl Recording {
 
     /// The report that `shoal run --mode single` gives; the wall time is made up.
     pub fn report(&self) -> Report {
-        shoal::report::assemble(RunFacts::new(self.scenario.clone(), self.outcome.clone(), 1.0))
+        report::assemble(RunFacts::new(self.scenario.clone(), self.outcome.clone(), 1.0))
     }
 
     /// The hash of its trajectories.

@@ -32,8 +32,6 @@ const FAREWELL_NS: u64 = 1_000_000_000;
 pub const SCENARIO_FILE: &str = "scenario";
 /// Name of the file in the run's root that holds the path of the record, if one is wanted.
 pub const RECORD_FILE: &str = "record";
-/// Name of the world's statistics.
-pub const STATS_NAME: &str = "world";
 
 /// Why the world's process ended badly.
 #[derive(Debug, thiserror::Error)]
@@ -125,7 +123,7 @@ impl Shell {
             frames: FramePublisher::open(&node)?,
             stats: StatsWriter::create(
                 address,
-                STATS_NAME,
+                bus::stats::WORLD,
                 &[Metric::CommandAge, Metric::Reaction, Metric::Wake],
                 Strips::of_world(sizes.max_robots),
             )?,

@@ -1,0 +1,187 @@
+//! `shoal ps`: the robots of the running fleets.
+
+mod unanswered;
+
+use super::fleet;
+use crate::args::{Format, PsArgs};
+use crate::exit::{self, Failure};
+use crate::out;
+use bus::Address;
+use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
+use report::numbers::fixed;
+use report::{Column, Page, table};
+use serde_json::{Value, json};
+
+/// A newest tick that is older is worth a word, s.
+const TICK_AGE_S_MAX: f64 = 1.0;
+
+/// Shows them. A fleet whose daemon does not answer is shown as far as it can be seen without it, which is said; exit code
+/// 3 if it cannot be seen at all.
+///
+/// # Errors
+/// When the fleet that was named is not running.
+pub fn run(options: &PsArgs) -> Result<i32, Failure> {
+    let addresses: Vec<Address> = match options.fleet.fleet {
+        Some(_) => vec![fleet::choose(&options.fleet)?],
+        None => fleet::running()?.into_iter().map(|fleet| fleet.address).collect(),
+    };
+    let (mut fleets, mut failures) = (Vec::new(), Vec::new());
+    for address in &addresses {
+        match status(address).or_else(|failure: Failure| {
+            let seen = unanswered::status(address).map_err(|_| failure.clone())?;
+            out::talk(&format!("fleet {}: {}", address.id(), failure.message()));
+            out::talk(&format!("fleet {}: shown is what can be seen without its daemon", address.id()));
+            Ok::<Status, Failure>(seen)
+        }) {
+            Ok(status) => fleets.push((address.id(), status)),
+            // It has ended since it was listed.
+            Err(_) if !address.root().exists() => {}
+            Err(failure) => failures.push((address.id(), failure)),
+        }
+    }
+    match options.format {
+        Format::Json => {
+            let mut list: Vec<Value> = fleets.iter().map(|(id, status)| fleet_json(id, status)).collect();
+            list.extend(failures.iter().map(|(id, failure)| json!({ "fleet": id, "error": failure.to_string() })));
+            out::measured(&json!({ "schema": "shoal.ps/1", "fleets": list }))?;
+        }
+        Format::Text => {
+            let mut page = Page::new(out::stdout_width());
+            for (id, status) in &fleets {
+                fleet_text(&mut page, id, status);
+            }
+            if fleets.is_empty() && failures.is_empty() {
+                page.words("no fleet is running", 0);
+            }
+            out::data(&page.into_text())?;
+        }
+    }
+    for (id, failure) in &failures {
+        out::talk(&format!("fleet {id} does not answer:"));
+        out::fail(failure);
+    }
+    Ok(if failures.is_empty() { exit::OK } else { exit::ENVIRONMENT })
+}
+
+fn status(address: &Address) -> Result<Status, Failure> {
+    match fleet::ask(address, &Request::Status)? {
+        Reply::Status(status) => Ok(status),
+        reply => Err(fleet::confused(&reply)),
+    }
+}
+
+fn fleet_json(id: &str, status: &Status) -> Value {
+    let mut value = json!({ "fleet": id });
+    let status = serde_json::to_value(status).expect("a status has string keys only");
+    if let (Value::Object(into), Value::Object(from)) = (&mut value, status) {
+        into.extend(from);
+    }
+    value
+}
+
+fn fleet_text(page: &mut Page, id: &str, status: &Status) {
+    let arrived = status.robots.iter().filter(|robot| robot.arrived).count();
+    page.gap();
+    page.words(
+        &format!(
+            "fleet {id}: {}, {}, {:.1} s (tick {}), {arrived} of {} arrived, daemon {}, world {}{}",
+            status.scenario,
+            status.mode,
+            status.time_s,
+            status.tick,
+            status.robots.len(),
+            status.daemon_pid,
+            status.world_pid,
+            world_words(status)
+        ),
+        2,
+    );
+    let columns = [
+        Column::left("robot", 0, 32),
+        Column::right("pid", 1),
+        Column::left("state", 0, 10),
+        Column::right("life", 5),
+        Column::right("position m", 2),
+        Column::right("goal m", 3),
+        Column::right("done", 6),
+        Column::right("left", 4),
+        Column::left("method", 7, 20),
+    ];
+    let rows: Vec<Vec<String>> = status.robots.iter().map(robot_row).collect();
+    for line in table(&columns, &rows, 2, page.width()) {
+        page.line(&line);
+    }
+}
+
+/// What is wrong with the world, if anything is.
+fn world_words(status: &Status) -> String {
+    let state = if status.world_state == "running" { String::new() } else { format!(" ({})", status.world_state) };
+    match status.tick_age_s.filter(|age_s| *age_s > TICK_AGE_S_MAX) {
+        Some(age_s) => format!("{state}, last tick {age_s:.1} s ago"),
+        None => state,
+    }
+}
+
+fn robot_row(robot: &RobotStatus) -> Vec<String> {
+    // Before its first life begins it is nowhere; between two lives its body stands where it stood.
+    let there = robot.incarnation > 0 || !matches!(robot.state.as_str(), "awaited" | "starting");
+    let point = |[x, y]: [f64; 2]| if there { format!("{},{}", fixed(x, 2), fixed(y, 2)) } else { "-".to_string() };
+    // A robot that has arrived still runs; that it has is what one looks for.
+    let state = if robot.arrived && robot.state == "running" { "arrived" } else { robot.state.as_str() };
+    vec![
+        robot.id.clone(),
+        robot.pid.map_or("-".to_string(), |pid| pid.to_string()),
+        state.to_string(),
+        robot.incarnation.to_string(),
+        point(robot.position_m),
+        point(robot.goal_m),
+        robot.goals_done.to_string(),
+        robot.goals_left.to_string(),
+        robot.planner.clone(),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fleet_as_a_table() {
+        let robot = |slot: u32, state: &str| RobotStatus {
+            id: format!("r{slot:02}"),
+            slot,
+            incarnation: u32::from(slot == 1),
+            pid: (state == "running").then_some(4700 + slot),
+            state: state.into(),
+            planner: "apf".into(),
+            position_m: [-1.234, 5.0],
+            goal_m: [10.0, -20.5],
+            arrived: slot == 0,
+            goals_done: 1,
+            goals_left: slot,
+        };
+        let status = Status {
+            scenario: "demo-15".into(),
+            mode: "realtime".into(),
+            tick: 512,
+            time_s: 10.24,
+            daemon_pid: 4600,
+            world_pid: 4601,
+            world_state: "running".into(),
+            tick_age_s: Some(0.013),
+            robots: vec![robot(0, "running"), robot(1, "running"), robot(2, "dead"), robot(3, "awaited")],
+        };
+        let mut text = String::new();
+        for width in [80, 40] {
+            let mut page = Page::new(width);
+            fleet_text(&mut page, "abcd234", &status);
+            text += &page.into_text();
+        }
+        insta::assert_snapshot!(text);
+        let json = fleet_json("abcd234", &status);
+        assert_eq!(world_words(&status), "");
+        let stopped = Status { world_state: "stopped".into(), tick_age_s: Some(3.21), ..status };
+        assert_eq!(world_words(&stopped), " (stopped), last tick 3.2 s ago");
+        assert_eq!((&json["fleet"], &json["robots"][1]["pid"]), (&json!("abcd234"), &json!(4701)));
+    }
+}

@@ -1,0 +1,65 @@
+//! A fleet whose daemon does not answer (it is stopped, or hangs): what its files, its boards and the kernel say.
+
+use crate::exit::Failure;
+use crate::verbs::fleet;
+use bus::{Address, Gate, Node, WorldObserver};
+use daemon::processes::state_word;
+use daemon::status::{self, Life};
+use model::{Scenario, Seat};
+use protocol::daemon_to_robot::AgentSpec;
+use protocol::operator_to_daemon::Status;
+use report::measured::seat_of;
+use std::collections::BTreeMap;
+
+/// The fleet at `address`, as far as it can be known.
+///
+/// # Errors
+/// When its files cannot be read.
+pub(super) fn status(address: &Address) -> Result<Status, Failure> {
+    let mut scenario: Scenario = fleet::left(address, world_sim::shell::SCENARIO_FILE)?;
+    let seats = seats(address);
+    // Robots that were added come after those of the scenario.
+    while let Some(seat) = seats.get(&(scenario.robots.len() as u32)) {
+        let spec: AgentSpec = fleet::left(address, &robot_agent::shell::spec_file(*seat))?;
+        scenario.robots.push(spec.robot);
+    }
+    let node = Node::new(address, "operator")?;
+    let (gate, observer) = (Gate::open(address)?, WorldObserver::open(&node)?);
+    let lives = (0..scenario.robots.len() as u32).map(|slot| match seats.get(&slot) {
+        None => Life { seat: Seat { slot, incarnation: 0 }, pid: None, state: "awaited" },
+        Some(seat) => {
+            let process = gate.process(*seat).map(|pid| (pid, state_word(pid)));
+            match process.filter(|(_, state)| *state != "ended") {
+                Some((pid, state)) => Life { seat: *seat, pid: Some(pid), state },
+                None => Life { seat: *seat, pid: None, state: "dead" },
+            }
+        }
+    });
+    let (daemon_pid, world_pid) = processes(address);
+    Ok(status::of(&scenario, lives, &gate.progress(), &observer, daemon_pid, world_pid))
+}
+
+/// The newest life of every robot, by slot: each has a file that says what it is.
+fn seats(address: &Address) -> BTreeMap<u32, Seat> {
+    let files = std::fs::read_dir(address.root()).into_iter().flatten().flatten();
+    let mut seats: Vec<Seat> = files.filter_map(|file| seat_of(file.file_name().to_str()?)).collect();
+    seats.sort_by_key(|seat| (seat.slot, seat.incarnation));
+    seats.into_iter().map(|seat| (seat.slot, seat)).collect()
+}
+
+/// The daemon and the world, 0 for what is not found: the world says on its command line who started it.
+fn processes(address: &Address) -> (u32, u32) {
+    let fleets = bus::clean::list_fleets().unwrap_or_default();
+    let pids =
+        fleets.into_iter().find(|fleet| fleet.address == *address).map_or_else(Vec::new, |fleet| fleet.processes);
+    let words = |pid: u32| -> Vec<String> {
+        #[expect(clippy::disallowed_methods, reason = "the verb reads /proc")]
+        let line = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+        line.split(|byte| *byte == 0).map(|word| String::from_utf8_lossy(word).into_owned()).collect()
+    };
+    let world = pids.into_iter().find(|pid| words(*pid).get(1).is_some_and(|verb| verb == "world"));
+    let Some(world) = world else { return (0, 0) };
+    let words = words(world);
+    let parent = words.iter().position(|word| word == "--parent").and_then(|at| words.get(at + 1)?.parse().ok());
+    (parent.unwrap_or(0), world)
+}

@@ -1,0 +1,180 @@
+//! `shoal reproduce`: what the papers report, held against what the methods do here.
+
+mod fleets;
+mod text;
+
+use crate::args::{Format, ReproduceArgs};
+use crate::exit::{self, Failure};
+use crate::file::{Files, STANDARD};
+use crate::out;
+use crate::progress::Live;
+use daemon::signals::Interrupted;
+use reproduce::row::{Paper, Row, Rows, Series};
+use serde::Serialize;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use view::series;
+
+/// What is printed as JSON.
+#[derive(Serialize)]
+struct Document {
+    schema: &'static str,
+    papers: Vec<Summary>,
+    rows: Vec<Row>,
+    /// Files that were written, in the directory of `--out`.
+    figures: Vec<String>,
+    interrupted: bool,
+    exit_code: i32,
+}
+
+/// One paper in numbers.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Summary {
+    pub(super) paper: &'static str,
+    pub(super) citation: &'static str,
+    pub(super) rows: usize,
+    pub(super) hold: usize,
+    /// Items of the rows that do not hold.
+    pub(super) fail: Vec<String>,
+    /// All of its rows are there.
+    pub(super) complete: bool,
+}
+
+/// Compares, prints, and says how to exit.
+///
+/// # Errors
+/// With exit code 2 for an unknown paper, with 3 when fleets cannot run or figures cannot be written.
+pub fn run(options: &ReproduceArgs) -> Result<i32, Failure> {
+    let papers = choose(options.paper.as_deref())?;
+    let folder = options.out.as_deref().map(Folder::prepare).transpose()?;
+    let interrupted = Interrupted::watch()?;
+    let mut document = Document {
+        schema: "shoal.reproduce/1",
+        papers: Vec::new(),
+        rows: Vec::new(),
+        figures: Vec::new(),
+        interrupted: false,
+        exit_code: exit::OK,
+    };
+    let (mut failed, mut unwritten) = (None, None);
+    for paper in papers {
+        let mut live = Live::new();
+        let compared = compare(paper, options.runs, &mut live, &interrupted);
+        document.papers.push(summary(paper, &compared));
+        if options.format == Format::Text {
+            live.finish();
+            text::print(&compared.rows, &document.papers[document.papers.len() - 1])?;
+        }
+        document.rows.extend(compared.rows);
+        failed = compared.failure;
+        if let (Some(folder), false, None, None) = (&folder, interrupted.yes(), &failed, &unwritten) {
+            live.say(&format!("{}: figures", paper.name));
+            for series in (paper.series)().iter().chain(&compared.series) {
+                match folder.write(series) {
+                    Ok(names) => document.figures.extend(names),
+                    // The rows are worth more than the figures: the comparison goes on.
+                    Err(failure) => unwritten = unwritten.or(Some(failure)),
+                }
+            }
+        }
+        if interrupted.yes() || failed.is_some() {
+            break;
+        }
+    }
+    let failed = failed.or(unwritten);
+    document.interrupted = interrupted.yes();
+    document.exit_code = match (&failed, document.interrupted, document.rows.iter().all(|row| row.ok)) {
+        (_, true, _) => exit::INTERRUPTED,
+        (Some(failure), ..) => failure.code,
+        (None, _, true) => exit::OK,
+        (None, _, false) => exit::EXPECTATIONS,
+    };
+    match options.format {
+        Format::Json => out::json(&document)?,
+        Format::Text => {
+            text::conclude(&document.papers, folder.as_ref().map(|f| (f.0.as_path(), document.figures.len())))?;
+        }
+    }
+    match failed {
+        Some(failure) if !document.interrupted => Err(failure),
+        _ => Ok(document.exit_code),
+    }
+}
+
+/// The papers that are meant.
+fn choose(name: Option<&str>) -> Result<Vec<&'static Paper>, Failure> {
+    let Some(name) = name else { return Ok(reproduce::PAPERS.to_vec()) };
+    if let Some(paper) = reproduce::PAPERS.iter().find(|paper| paper.name == name) {
+        return Ok(vec![paper]);
+    }
+    let known: Vec<&str> = reproduce::PAPERS.iter().map(|paper| paper.name).collect();
+    let list = known.join(", ");
+    let hint = match planners::params::nearest(name, known) {
+        Some(near) => format!("known papers: {list} (did you mean `{near}`?)"),
+        None => format!("known papers: {list}"),
+    };
+    Err(Failure::usage(format!("unknown paper `{}`", name.escape_debug())).hint(hint))
+}
+
+/// What became of one paper.
+struct Compared {
+    rows: Vec<Row>,
+    /// Figures of its fleets.
+    series: Vec<Series>,
+    complete: bool,
+    /// Why its fleets could not run.
+    failure: Option<Failure>,
+}
+
+fn compare(paper: &'static Paper, runs: u32, live: &mut Live, interrupted: &Interrupted) -> Compared {
+    let mut begin = |what: &str| {
+        live.say(&format!("{}: {what}", paper.name));
+        if interrupted.yes() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let mut rows = Rows::new(paper.name, &mut begin);
+    let done = (paper.rows)(&mut rows).is_continue();
+    let fleets = if done { fleets::run(paper.name, runs, &mut rows) } else { fleets::Fleets::default() };
+    let complete = done && !fleets.broken && fleets.failure.is_none();
+    Compared { rows: rows.finish(), series: fleets.series, complete, failure: fleets.failure }
+}
+
+fn summary(paper: &'static Paper, compared: &Compared) -> Summary {
+    let fail: Vec<String> = compared.rows.iter().filter(|row| !row.ok).map(|row| row.item.clone()).collect();
+    Summary {
+        paper: paper.name,
+        citation: paper.citation,
+        rows: compared.rows.len(),
+        hold: compared.rows.len() - fail.len(),
+        fail,
+        complete: compared.complete,
+    }
+}
+
+/// A directory for figures.
+struct Folder(PathBuf);
+
+impl Folder {
+    /// Makes it, and checks that files can be made in it.
+    fn prepare(path: &Path) -> Result<Folder, Failure> {
+        if path == Path::new(STANDARD) {
+            return Err(Failure::usage("figures `-`: they are several files and cannot go to standard output")
+                .hint("give --out a directory; one called `-` is `./-`"));
+        }
+        std::fs::create_dir_all(path).map_err(|error| {
+            Failure::environment(format!("figures `{}`: cannot make the directory: {error}", path.display()))
+                .hint("give --out a directory that you may write to")
+        })?;
+        Files::new().write("figure", "--out", &path.join("figure.svg"))?;
+        Ok(Folder(path.to_path_buf()))
+    }
+
+    /// Writes the numbers and the picture; the names of the files.
+    fn write(&self, figure: &Series) -> Result<[String; 2], Failure> {
+        let files = [("csv", series::csv(figure)), ("svg", series::draw(figure))];
+        for (ending, text) in &files {
+            let path = self.0.join(format!("{}.{ending}", figure.name));
+            Files::new().write("figure", "--out", &path)?.write(text.as_bytes())?;
+        }
+        Ok(files.map(|(ending, _)| format!("{}.{ending}", figure.name)))
+    }
+}

@@ -1,0 +1,74 @@
+//! The papers' fleets as real processes, in `lockstep`: what holds for robots that hear each other a tick late.
+
+mod amr_apf;
+mod decentralized_apf;
+
+use crate::exit::Failure;
+use daemon::ending::Finished;
+use daemon::supervisor::{self, Watch};
+use model::Scenario;
+use reproduce::row::{Rows, Series};
+use std::ops::ControlFlow;
+
+/// What the fleets of a paper came to, besides its rows.
+#[derive(Default)]
+pub(super) struct Fleets {
+    pub(super) series: Vec<Series>,
+    /// Somebody broke it off.
+    pub(super) broken: bool,
+    /// The machine does not let a fleet run.
+    pub(super) failure: Option<Failure>,
+}
+
+/// Why no more fleets are run.
+enum Stop {
+    Broken,
+    Failed(Failure),
+}
+
+impl From<Failure> for Stop {
+    fn from(failure: Failure) -> Stop {
+        Stop::Failed(failure)
+    }
+}
+
+/// Runs the fleets of a paper, each from so many starts, and adds their rows. No start, no fleet.
+pub(super) fn run(paper: &str, runs: u32, rows: &mut Rows<'_>) -> Fleets {
+    let mut fleets = Fleets::default();
+    let ended = match (paper, runs) {
+        (_, 0) => Ok(()),
+        ("decentralized-apf", _) => decentralized_apf::run(rows),
+        ("amr-apf", _) => amr_apf::run(runs, rows, &mut fleets.series),
+        _ => Ok(()),
+    };
+    match ended {
+        Ok(()) => {}
+        Err(Stop::Broken) => fleets.broken = true,
+        Err(Stop::Failed(failure)) => fleets.failure = Some(failure),
+    }
+    fleets
+}
+
+/// Says what comes next.
+fn begin(rows: &mut Rows<'_>, what: &str) -> Result<(), Stop> {
+    match rows.begin(what) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Stop::Broken),
+    }
+}
+
+/// Runs a fleet of real processes to its end.
+fn lockstep(scenario: Scenario) -> Result<Finished, Stop> {
+    struct Nobody;
+    impl Watch for Nobody {
+        fn progress(&mut self, _: &bus::Progress, _: f64) {}
+        fn say(&mut self, _: &str) {}
+        fn news(&mut self, _: &str, _: &str) {}
+    }
+    let finished = supervisor::run(scenario, None, &mut Nobody).and_then(Finished::undisturbed);
+    let finished = finished.map_err(|error| match error.kind {
+        daemon::Kind::Interrupted => Stop::Broken,
+        _ => Stop::Failed(error.into()),
+    })?;
+    if finished.interrupted { Err(Stop::Broken) } else { Ok(finished) }
+}

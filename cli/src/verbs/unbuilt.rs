@@ -1,0 +1,92 @@
+//! Words that are no verb, and verbs that are still to come: refused, with what to do instead.
+
+use crate::args::Cli;
+use crate::exit::Failure;
+use clap::CommandFactory;
+use std::ffi::OsString;
+use std::path::Path;
+
+/// Verbs that are still to come, and what does something like it today.
+const UNBUILT: &[(&str, &str)] = &[
+    ("up", "`shoal run` runs a fleet in the foreground; a second terminal has `shoal ps`, `add` and `task send`"),
+    ("down", "Ctrl-C ends a `shoal run` in good order"),
+    ("top", "`shoal ps` shows a running fleet; `shoal run` shows its progress"),
+    ("remove", "a scenario can let a robot leave: an event of kind `leave`"),
+    ("inject", "a scenario can kill, pause and disturb: events of kind `kill`, `pause` and `radio`"),
+    ("logs", "the report of `shoal run` has what happened: `--format json`, key `events`"),
+    ("replay", "`shoal run --mode lockstep` with the same seed drives the same trajectories"),
+    ("task list", "`shoal ps` shows every robot's goal, and how many are left"),
+    ("task cancel", "`shoal task send ID X,Y --now` replaces the goals that a robot has"),
+];
+
+/// Refuses what was said in place of a verb.
+pub fn refuse(words: &[OsString]) -> Failure {
+    refuse_below(&Cli::command(), "", words)
+}
+
+/// Refuses what was said in place of a verb of `shoal task`.
+pub fn refuse_task(words: &[OsString]) -> Failure {
+    let command = Cli::command();
+    let task = command.find_subcommand("task").cloned().unwrap_or(command);
+    refuse_below(&task, "task ", words)
+}
+
+/// Refuses what was said in place of a verb of `shoal bench`.
+pub fn refuse_bench(words: &[OsString]) -> Failure {
+    let command = Cli::command();
+    let bench = command.find_subcommand("bench").cloned().unwrap_or(command);
+    refuse_below(&bench, "bench ", words)
+}
+
+fn refuse_below(command: &clap::Command, before: &str, words: &[OsString]) -> Failure {
+    let word = words.first().map(|word| word.to_string_lossy()).unwrap_or_default();
+    let name = format!("{before}{word}");
+    if let Some((_, instead)) = UNBUILT.iter().find(|(verb, _)| *verb == name) {
+        return Failure::usage(format!("`shoal {name}` is not built yet")).hint(*instead);
+    }
+    let known: Vec<&str> =
+        command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
+    let failure = Failure::usage(format!("unknown verb `{name}`"));
+    if before.is_empty() && (word.ends_with(".toml") || Path::new(&*word).is_file() || is_in_catalog(&word)) {
+        return failure.hint(format!("to run a scenario: `shoal run {word}`"));
+    }
+    let list = known.join(", ");
+    failure.hint(match planners::params::nearest(&word, known.iter().copied()) {
+        Some(near) => format!("known verbs: {list} (did you mean `{near}`?)"),
+        None => format!("known verbs: {list}"),
+    })
+}
+
+fn is_in_catalog(word: &str) -> bool {
+    scenarios::find_catalog(word).is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exit;
+
+    #[test]
+    fn refusals_say_what_exists() {
+        let check = |failure: Failure, message: &str, hint: &str| {
+            assert_eq!(failure.code, exit::USAGE);
+            let text = failure.to_string();
+            assert!(text.contains(&format!("error: {message}\n")) && text.contains(hint), "{text}");
+        };
+        let say = |word: &str| refuse(&[word.into(), "more".into(), "--words".into()]);
+        check(say("up"), "`shoal up` is not built yet", "`shoal run`");
+        check(say("valdiate"), "unknown verb `valdiate`", "did you mean `validate`?");
+        check(say("ring.toml"), "unknown verb `ring.toml`", "`shoal run ring.toml`");
+        check(say("demo-15"), "unknown verb `demo-15`", "`shoal run demo-15`");
+        check(refuse_task(&["list".into()]), "`shoal task list` is not built yet", "`shoal ps`");
+        check(refuse_task(&["sned".into()]), "unknown verb `task sned`", "did you mean `send`?");
+    }
+
+    #[test]
+    fn what_is_built_is_not_in_the_list() {
+        let command = Cli::command();
+        for (verb, _) in UNBUILT {
+            assert!(command.find_subcommand(verb).is_none(), "{verb}");
+        }
+    }
+}
