@@ -6,7 +6,7 @@
 
 use bus::{Address, Lease, Node, Poses, RobotReader, RobotWriter, Sizes, clean};
 use poses::{Args, Failure, Pose, Transport};
-use protocol::Seat;
+use model::Seat;
 use protocol::robot_to_robot::SharedPose;
 use std::io::Read;
 use std::path::Path;
