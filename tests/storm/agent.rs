@@ -2,13 +2,13 @@
 
 use crate::dice::MS;
 use crate::shared::{Board, Shared};
+use daemon::coordinator::Ending;
 use model::Mode;
 use model::Seat;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::PosePair;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use robot_agent::{Agent, AgentInputs, AgentOutputs, Duty, Time, duty};
-use shoal::coordinator::Ending;
 
 /// Sleeps until it is called.
 pub(crate) const FOREVER: u64 = u64::MAX;

@@ -3,11 +3,11 @@
 use crate::fleet::Fleet;
 use crate::shared::Shared;
 use bus::queue::BACKLOG_MAX;
+use daemon::coordinator::{State, WAITING_MAX};
 use model::Seat;
 use model::{Drive, Mode};
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::Notice;
-use shoal::coordinator::{State, WAITING_MAX};
 use world_sim::{RobotState, World};
 
 /// The log holds no more entries.

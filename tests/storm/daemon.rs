@@ -8,13 +8,13 @@ use crate::kernel::Kernel;
 use crate::operators::Operators;
 use crate::shared::Shared;
 use bus::queue::OrderQueue;
+use daemon::coordinator::{Action, Answer, CONFIRM_WITHIN, Coordinator};
+use daemon::supervisor::Change;
 use model::Scenario;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::world_to_daemon::Notice;
-use shoal::coordinator::{Action, Answer, CONFIRM_WITHIN, Coordinator};
-use shoal::supervisor::Change;
 use std::collections::BTreeSet;
 use std::time::Duration;
 

@@ -3,10 +3,10 @@
 use crate::agent::{AgentProcess, Fate, Next};
 use crate::dice::MS;
 use crate::shared::Shared;
+use daemon::coordinator::{Ending, Signal};
+use daemon::supervisor::Change;
 use model::Seat;
 use protocol::daemon_to_robot::AgentSpec;
-use shoal::coordinator::{Ending, Signal};
-use shoal::supervisor::Change;
 
 const KILLED: Ending = Ending { signal: Some(9), code: None };
 

@@ -81,7 +81,7 @@ fn a_fleet_that_is_left_alone_does_what_single_does() {
     seeds(0..10, |seed| {
         let plan = Plan::calm(seed);
         let scenario = plan.scenario.clone();
-        let single = shoal::single::run(&scenario, &mut |_, _| std::ops::ControlFlow::Continue(()));
+        let single = single::run(&scenario, &mut |_, _| std::ops::ControlFlow::Continue(()));
         assert_eq!(Fleet::new(seed, plan).run().outcome, single.expect("its methods exist"));
     });
 }

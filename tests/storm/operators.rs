@@ -1,9 +1,9 @@
 //! Operators: what they ask for, what they are answered, and whether that was true.
 
+use daemon::coordinator::Coordinator;
 use model::Event;
 use protocol::daemon_to_world::Ticket;
 use protocol::operator_to_daemon::{Reply, Request};
-use shoal::coordinator::Coordinator;
 use std::collections::VecDeque;
 use world_sim::World;
 

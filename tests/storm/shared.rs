@@ -3,11 +3,11 @@
 use crate::coverage::Coverage;
 use crate::dice::{Dice, MS};
 use crate::ring::Ring;
+use daemon::coordinator::Missed;
 use model::Seat;
 use protocol::robot_to_robot::PosePair;
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
-use shoal::coordinator::Missed;
 use std::collections::BTreeMap;
 
 /// A robot's board.

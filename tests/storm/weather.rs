@@ -3,9 +3,9 @@
 use crate::agent::Fate;
 use crate::dice::MS;
 use crate::fleet::Fleet;
+use daemon::coordinator::Signal;
 use protocol::daemon_to_world::Order;
 use protocol::operator_to_daemon::{NewRobot, Request};
-use shoal::coordinator::Signal;
 
 /// Something that happens. A daemon that dies and is followed by another one belongs here as soon as there is such a thing.
 #[derive(Clone, Copy, Debug)]
