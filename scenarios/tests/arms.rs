@@ -1,5 +1,7 @@
 //! Two-link arms in scenarios: what they may say, how they stand, and what is told of those that cannot be.
 
+mod support;
+
 use geometry::Elbow;
 use insta::assert_snapshot;
 use model::BodyKind;
@@ -8,7 +10,7 @@ use nalgebra::Point2;
 use planners::METHODS;
 use shoal_scenarios::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::fmt::Write;
+use support::mistakes;
 
 /// An arm beside a robot and two obstacles: a valid file for mistakes to be made in.
 const GOOD: &str = r#"
@@ -173,18 +175,10 @@ fn without_lists(mut text: String) -> String {
 
 /// What is told of the good file with `before` replaced by `after`, row by row.
 fn table(rows: &[(&str, &str)]) -> String {
-    let mut result = String::new();
-    for (before, after) in rows {
-        assert!(GOOD.contains(before), "`{before}` is in the file");
-        let text = GOOD.replacen(before, after, 1);
-        let change = after.lines().find(|line| !before.contains(*line)).unwrap_or(after);
-        let told = match parse("arms.toml", &text, &Overrides::default()) {
-            Ok(_) => "no problem".to_string(),
-            Err(problems) => without_lists(problems.to_string()),
-        };
-        writeln!(result, "# {change}\n{told}\n").unwrap();
-    }
-    result
+    mistakes(GOOD, rows, |text| match parse("arms.toml", text, &Overrides::default()) {
+        Ok(_) => "no problem".to_string(),
+        Err(problems) => without_lists(problems.to_string()),
+    })
 }
 
 #[test]

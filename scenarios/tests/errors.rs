@@ -1,10 +1,13 @@
 //! What users read when a scenario is wrong, as snapshots. Every row is one mistake in an otherwise valid file.
 
+mod support;
+
 use insta::assert_snapshot;
 use model::Mode;
 use planners::METHODS;
 use shoal_scenarios::{Overrides, parse};
 use std::fmt::Write;
+use support::mistakes;
 
 /// A valid file for mistakes to be made in.
 const GOOD: &str = r#"
@@ -49,14 +52,7 @@ fn without_lists(mut text: String) -> String {
 
 /// Errors of the good file with `before` replaced by `after`, row by row.
 fn table(rows: &[(&str, &str)]) -> String {
-    let mut result = String::new();
-    for (before, after) in rows {
-        assert!(GOOD.contains(before), "`{before}` is in the file");
-        let text = GOOD.replacen(before, after, 1);
-        let change = after.lines().find(|line| !before.contains(*line)).unwrap_or(after);
-        writeln!(result, "# {change}\n{}\n", errors_of(&text, &Overrides::default())).unwrap();
-    }
-    result
+    mistakes(GOOD, rows, |text| errors_of(text, &Overrides::default()))
 }
 
 #[test]
