@@ -16,6 +16,7 @@
 //! search   (13), offline: runs from the start until one arrives, in slices
 //! known    what the offline robot takes to be there: the map and what it has seen standing still
 //! layer    what the paper does not have: keeping clear of what moves
+//! common   the parameters that both methods have
 //! offline  the method `liquid`             online  the method `liquid-online`
 //! ```
 //!
@@ -62,6 +63,7 @@
 //! Known limits: it is not complete. Virtual obstacles reach far, lift goal and doorways too, and can close the last
 //! passage (`liquid_clogged`); online it may swing for ever (`liquid_u_resonance`).
 
+pub mod common;
 pub mod field;
 pub mod known;
 pub mod layer;

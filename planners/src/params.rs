@@ -215,24 +215,27 @@ impl ParamField for bool {
 /// the help, so it should say what larger means. Bounds are optional and mean nothing for switches and choices.
 ///
 /// The struct gets `Default`, `specs() -> Vec<ParamSpec>`, `from_values(&ParamValues) -> Result<Self, ParamError>`, and
-/// `with(self, &ParamValues) -> Self` for methods whose parameters start from presets.
+/// `with(self, &ParamValues) -> Self` for methods whose parameters start from presets. Lines `..field: Struct;` before the
+/// others take over the parameters of another such struct.
 #[macro_export]
 macro_rules! params {
     (
         $(#[$about:meta])*
         $visibility:vis struct $name:ident {
+            $( ..$shared:ident: $shared_type:ty; )*
             $( $(#[doc = $help:literal])+ $field:ident: $type:ty = $default:expr, $unit:literal $(, $bounds:expr)?; )*
         }
     ) => {
         $(#[$about])*
         #[derive(Clone, Debug, PartialEq)]
         $visibility struct $name {
+            $( #[doc = "Parameters that other methods have too."] pub $shared: $shared_type, )*
             $( $(#[doc = $help])+ pub $field: $type, )*
         }
 
         impl Default for $name {
             fn default() -> Self {
-                $name { $( $field: $default, )* }
+                $name { $( $shared: Default::default(), )* $( $field: $default, )* }
             }
         }
 
@@ -240,13 +243,15 @@ macro_rules! params {
             /// The table of the parameters.
             pub fn specs() -> Vec<$crate::params::ParamSpec> {
                 let default = Self::default();
-                vec![ $( $crate::params::ParamSpec {
+                let own = vec![ $( $crate::params::ParamSpec {
                     name: stringify!($field),
                     unit: $unit,
                     kind: <$type as $crate::params::ParamField>::kind(None$(.or(Some($bounds)))?),
                     default: $crate::params::ParamField::to_value(&default.$field),
                     help: concat!($($help),+).trim(),
-                }, )* ]
+                }, )* ];
+                let shared: Vec<Vec<$crate::params::ParamSpec>> = vec![ $( <$shared_type>::specs() ),* ];
+                shared.into_iter().flatten().chain(own).collect()
             }
 
             /// The parameters with these values, the rest at their defaults; or the first problem.
@@ -262,6 +267,7 @@ macro_rules! params {
             /// These parameters with some of them replaced; what does not fit its field is passed over.
             pub fn with(self, values: &$crate::params::ParamValues) -> Self {
                 let mut params = self;
+                $( params.$shared = params.$shared.with(values); )*
                 $( if let Some(value) =
                     values.get(stringify!($field)).and_then($crate::params::ParamField::from_value)
                 {

@@ -4,6 +4,7 @@
 //! stands in the way of the rest of the path, and when it was pushed off the path. A search that fails is kept for a
 //! look; the robot stays where it is until its goal or its knowledge changes.
 
+use super::common::Common;
 use super::field::{Field, Law};
 use super::known::Known;
 use super::layer::{Layer, speed_near, stay, towards};
@@ -37,24 +38,7 @@ pub static METHOD: Method = Method {
 crate::params! {
     /// Parameters that a scenario can set.
     pub struct Params {
-        /// Length of a step. Larger: coarser paths, less thinking.
-        step_m: f64 = 0.1, "m", 0.001..=1e6;
-        /// Number of directions A_nsd. Larger: smoother paths, more thinking.
-        directions: u32 = 16, "", 3..=360;
-        /// Obstacle gain K_O. Larger: wider around obstacles.
-        k_o: f64 = 1.0, "m²", 0.0..=1e6;
-        /// Goal gain K_t. Larger: closer to obstacles.
-        k_t: f64 = 35.0, "1/m", 0.0..=1e6;
-        /// Gain of virtual obstacles K_v. Larger: fewer of them, longer ways.
-        k_v: f64 = 60.0, "m²", 0.0..=1e6;
-        /// Radius of virtual obstacles V_r, without the robot's. Larger: blunter.
-        v_r_m: f64 = 0.0, "m", 0.0..=1e6;
-        /// Greatest radius of virtual obstacles with the robot's, in steps; 0: no limit, as in the paper.
-        v_r_cap_steps: f64 = 0.5, "steps", 0.0..=100.0;
-        /// The descent ends within so many steps of the goal. Larger: farther from it.
-        tolerance_steps: f64 = 1.0, "steps", 0.0..=1000.0;
-        /// Never step over a body that is thinner than a step. Not in the paper.
-        no_jumping: bool = true, "";
+        ..common: Common;
         /// Virtual obstacles before it gives up a K_v. Larger: later.
         virtual_max: u32 = 300, "", 1..=100_000;
         /// Rounds before it gives up a K_v. Larger: later.
@@ -66,14 +50,6 @@ crate::params! {
         rounds_per_tick: u32 = 50, "", 1..=100_000;
         /// How far ahead a unicycle looks along its path. Larger: cuts corners more.
         lookahead_m: f64 = 0.3, "m", 0.0..=100.0;
-        /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
-        heading_gain: f64 = 3.0, "1/s", 0.0..=100.0;
-        /// Keep clear of other robots and of what moves. Not in the paper.
-        neighbors: bool = true, "";
-        /// Gain of those pushes. Larger: wider around what moves.
-        evade_gain: f64 = 0.1, "m⁴/s", 0.0..=100.0;
-        /// Reach of those pushes, from surface to surface. Larger: evades sooner.
-        evade_range_m: f64 = 1.0, "m", 0.01..=100.0;
     }
 }
 
@@ -99,7 +75,7 @@ impl Planner for Liquid {
         if input.arrived || input.kind == BodyKind::TwoLinkArm {
             return stay(input);
         }
-        let news = self.known.notice(input, self.layer.on, self.params.step_m / 2.0);
+        let news = self.known.notice(input, self.layer.on, self.params.common.step_m / 2.0);
         if self.must_think_anew(input, news) {
             self.begun = true;
             self.at = 0;
@@ -119,24 +95,7 @@ impl Planner for Liquid {
 impl Liquid {
     /// The method with these parameters, for this robot.
     pub fn new(params: Params, identity: Identity) -> Liquid {
-        let law = Law {
-            step_m: params.step_m,
-            directions: Law::directions(params.directions),
-            k_o: params.k_o,
-            k_t: params.k_t,
-            k_v: params.k_v,
-            v_r_m: params.v_r_m,
-            v_r_cap_steps: params.v_r_cap_steps,
-            tolerance_steps: params.tolerance_steps,
-            no_jumping: params.no_jumping,
-        };
-        let layer = Layer {
-            on: params.neighbors,
-            gain: params.evade_gain,
-            range_m: params.evade_range_m,
-            heading_gain: params.heading_gain,
-            robot: identity.robot,
-        };
+        let (law, layer) = (params.common.law(), params.common.layer(identity.robot));
         let search = Search::new(Budget {
             virtual_max: params.virtual_max as usize,
             rounds_max: params.rounds_max as usize,
@@ -225,12 +184,12 @@ impl Liquid {
             let near = self.law.step_m / 4.0;
             carrot = rest.clone().find(|point| (point - position).norm() > near).unwrap_or(last);
         }
-        let speed_max = speed_near((last - position).norm(), self.params.heading_gain, input);
+        let speed_max = speed_near((last - position).norm(), self.params.common.heading_gain, input);
         let wanted = match input.kind {
             BodyKind::Point | BodyKind::TwoLinkArm => towards(carrot, input).cap_magnitude(speed_max),
             BodyKind::Unicycle => {
                 let to_carrot = carrot - position;
-                let turning = self.params.heading_gain * to_carrot.norm();
+                let turning = self.params.common.heading_gain * to_carrot.norm();
                 let speed = input.limits.speed_mps_max.min(speed_max).min(turning);
                 to_carrot.try_normalize(0.0).map_or(Vector2::zeros(), |direction| speed * direction)
             }

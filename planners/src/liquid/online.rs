@@ -6,6 +6,7 @@
 //! A point drives to the end of each step. A unicycle keeps the direction of the step until it is three quarters of it
 //! farther: chasing points nearer than it can turn would make it circle. Whoever is pushed off a step begins another.
 
+use super::common::Common;
 use super::field::{Field, Law};
 use super::known::{moves, parked};
 use super::layer::{Layer, speed_near, stay, towards};
@@ -38,37 +39,11 @@ pub static METHOD: Method = Method {
 crate::params! {
     /// Parameters that a scenario can set.
     pub struct Params {
-        /// Length of a step. Larger: coarser. Limits the speed to one step a tick; the default follows the speed limit: it is
-        /// at least what the body drives in a tick.
-        step_m: f64 = 0.1, "m", 0.001..=1e6;
-        /// Number of directions A_nsd. Larger: smoother.
-        directions: u32 = 16, "", 3..=360;
-        /// Obstacle gain K_O. Larger: wider around obstacles.
-        k_o: f64 = 1.0, "m²", 0.0..=1e6;
-        /// Goal gain K_t. Larger: closer to obstacles.
-        k_t: f64 = 35.0, "1/m", 0.0..=1e6;
-        /// Gain of virtual obstacles K_v. Larger: fewer of them, longer ways.
-        k_v: f64 = 60.0, "m²", 0.0..=1e6;
-        /// Radius of virtual obstacles V_r, without the robot's. Larger: blunter.
-        v_r_m: f64 = 0.0, "m", 0.0..=1e6;
-        /// Greatest radius of virtual obstacles with the robot's, in steps; 0: no limit, as in the paper.
-        v_r_cap_steps: f64 = 0.5, "steps", 0.0..=100.0;
-        /// The descent ends within so many steps of the goal. Larger: farther from it.
-        tolerance_steps: f64 = 1.0, "steps", 0.0..=1000.0;
-        /// Never step over a body that is thinner than a step. Not in the paper.
-        no_jumping: bool = true, "";
+        ..common: Common;
         /// Virtual obstacles at one time before it gives up. Larger: later.
         virtual_max: u32 = 300, "", 1..=100_000;
         /// Virtual obstacles put up near something that moves are taken down after so long; 0: never.
         lifetime_s: f64 = 5.0, "s", 0.0..=1e6;
-        /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
-        heading_gain: f64 = 3.0, "1/s", 0.0..=100.0;
-        /// Keep clear of other robots. Not in the paper.
-        neighbors: bool = true, "";
-        /// Gain of their pushes. Larger: wider around robots.
-        evade_gain: f64 = 0.1, "m⁴/s", 0.0..=100.0;
-        /// Reach of their pushes, from surface to surface. Larger: evades sooner.
-        evade_range_m: f64 = 1.0, "m", 0.01..=100.0;
     }
 }
 
@@ -111,7 +86,7 @@ fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, P
 
 /// One step a tick.
 fn speed_mps(values: &ParamValues, dt_s: f64) -> f64 {
-    if values.contains_key("step_m") { Params::default().with(values).step_m / dt_s } else { f64::INFINITY }
+    if values.contains_key("step_m") { Params::default().with(values).common.step_m / dt_s } else { f64::INFINITY }
 }
 
 impl Planner for LiquidOnline {
@@ -120,7 +95,7 @@ impl Planner for LiquidOnline {
             return stay(input);
         }
         if self.follows_speed {
-            self.law.step_m = self.params.step_m.max(input.limits.speed_mps_max * input.dt_s);
+            self.law.step_m = self.params.common.step_m.max(input.limits.speed_mps_max * input.dt_s);
         }
         self.begin_tick(input);
         let wanted = self.wanted(input);
@@ -133,24 +108,7 @@ impl Planner for LiquidOnline {
 impl LiquidOnline {
     /// The method with these parameters, for this robot.
     pub fn new(params: Params, identity: Identity) -> LiquidOnline {
-        let law = Law {
-            step_m: params.step_m,
-            directions: Law::directions(params.directions),
-            k_o: params.k_o,
-            k_t: params.k_t,
-            k_v: params.k_v,
-            v_r_m: params.v_r_m,
-            v_r_cap_steps: params.v_r_cap_steps,
-            tolerance_steps: params.tolerance_steps,
-            no_jumping: params.no_jumping,
-        };
-        let layer = Layer {
-            on: params.neighbors,
-            gain: params.evade_gain,
-            range_m: params.evade_range_m,
-            heading_gain: params.heading_gain,
-            robot: identity.robot,
-        };
+        let (law, layer) = (params.common.law(), params.common.layer(identity.robot));
         let virtual_max = params.virtual_max as usize;
         LiquidOnline {
             params,
@@ -237,7 +195,7 @@ impl LiquidOnline {
         let distance = to_goal.norm();
         if distance <= self.law.tolerance_m() {
             let fits = field.is_free(position, input.goal);
-            let speed_max = speed_near(distance, self.params.heading_gain, input);
+            let speed_max = speed_near(distance, self.params.common.heading_gain, input);
             return if fits { towards(input.goal, input).cap_magnitude(speed_max) } else { Vector2::zeros() };
         }
         if self.gave_up {
@@ -261,7 +219,7 @@ impl LiquidOnline {
             }
         }
         let Some(leg) = self.leg else { return Vector2::zeros() };
-        let speed_max = speed_near(distance, self.params.heading_gain, input);
+        let speed_max = speed_near(distance, self.params.common.heading_gain, input);
         match input.kind {
             BodyKind::Point | BodyKind::TwoLinkArm => towards(leg.to, input).cap_magnitude(speed_max),
             BodyKind::Unicycle => {

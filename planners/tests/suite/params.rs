@@ -29,6 +29,15 @@ shoal_planners::params! {
     }
 }
 
+shoal_planners::params! {
+    /// The same, and one more.
+    struct Taken {
+        ..every: Every;
+        /// One's own.
+        own: f64 = 2.0, "s", 0.0..=5.0;
+    }
+}
+
 fn given(text: &str) -> ParamValues {
     values(&text.parse().expect("TOML"))
 }
@@ -72,6 +81,18 @@ fn the_table_says_what_the_struct_says() {
     assert_eq!(specs[3].default, ParamValue::Int(3));
     assert_eq!(specs[5].kind, ParamKind::Choice(&["left", "right"]));
     assert_eq!(specs[5].default, Side::Left.to_value());
+}
+
+#[test]
+fn parameters_are_taken_over_from_another_struct() {
+    let names: Vec<&str> = Taken::specs().iter().map(|spec| spec.name).collect();
+    assert_eq!(names, ["real", "free", "whole", "count", "switch", "side", "own"]);
+    let every = Every { count: 7, ..Every::default() };
+    assert_eq!(Taken::from_values(&given("own = 1\ncount = 7")), Ok(Taken { every, own: 1.0 }));
+    let far = Taken { own: 5.0, ..Taken::default() };
+    assert_eq!(far.clone().with(&given("side = \"right\"")).every.side, Side::Right);
+    assert_eq!(far.with(&given("side = \"right\"")).own, 5.0);
+    assert!(Taken::from_values(&given("count = 11")).is_err() && Taken::from_values(&given("own = 6")).is_err());
 }
 
 #[test]
