@@ -7,7 +7,7 @@ use planners::pso_via_points::field::Variant;
 use shoal_reproduce::Row;
 use shoal_reproduce::pso_via_points::experiment::{Experiment, reduction_percent};
 use shoal_reproduce::pso_via_points::{PAPER, fleet};
-use shoal_reproduce::scene::scene;
+use shoal_reproduce::scene::{plain, scene, scenes_of};
 
 /// Rows that cannot hold.
 const IMPOSSIBLE: &[&str] = &[
@@ -21,6 +21,16 @@ fn every_row_holds() {
     let failed: Vec<&Row> = rows.iter().filter(|row| row.ok == IMPOSSIBLE.contains(&row.item.as_str())).collect();
     assert!(failed.is_empty(), "{failed:#?}");
     assert!(IMPOSSIBLE.iter().all(|item| rows.iter().any(|row| row.item == *item)));
+    // No expectation is passed over.
+    for scene in scenes_of("pso_") {
+        for expect in scene.expectations() {
+            for key in expect.results() {
+                let (begin, end) = (format!("{} {}", scene.name, expect.method), format!(": {}", plain(key)));
+                let named = |row: &Row| row.item.starts_with(&begin) && row.item.ends_with(&end);
+                assert!(rows.iter().any(named), "{begin}{end}");
+            }
+        }
+    }
 }
 
 /// What the specification's worst seed takes off the raw path, less its tolerance of half a percentage point, and no

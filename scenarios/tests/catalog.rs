@@ -1,7 +1,7 @@
 //! What holds for every scenario that ships with shoal.
 
 use model::Scenario;
-use shoal_scenarios::{CatalogEntry, Overrides, catalog, find_catalog, parse};
+use shoal_scenarios::{CatalogEntry, Overrides, Paper, catalog, find_catalog, parse, parse_with_paper};
 
 fn resolved(entry: &CatalogEntry) -> Scenario {
     parse(&format!("{}.toml", entry.name), entry.text, &Overrides::default())
@@ -19,6 +19,23 @@ fn every_scenario_of_the_catalog_is_valid() {
             assert!(robot.radio_range_m.is_finite() && robot.sensor_range_m.is_finite());
         }
     }
+}
+
+/// What a paper says about a scenario stands at its end.
+#[test]
+fn a_run_does_not_depend_on_what_a_paper_says() {
+    let mut papers = 0;
+    for entry in catalog() {
+        let Some(end) = ["\n[paper]", "\n[[paper."].iter().filter_map(|mark| entry.text.find(mark)).min() else {
+            continue;
+        };
+        let without = parse(entry.name, &entry.text[..end], &Overrides::default()).unwrap();
+        assert_eq!(parse(entry.name, entry.text, &Overrides::default()).unwrap(), without, "{}", entry.name);
+        let (_, paper) = parse_with_paper(entry.name, entry.text, &Overrides::default()).unwrap();
+        assert_ne!(paper, Paper::default(), "{}", entry.name);
+        papers += 1;
+    }
+    assert!(papers > 20, "{papers}");
 }
 
 #[test]
