@@ -2,9 +2,8 @@
 //! check, default and message is the same.
 
 use crate::document::{Field, Raw, RawTable, RawValue};
-use crate::problems::{Origin, Problems, Report};
-use crate::{Overrides, read};
-use model::{ParamValue, ParamValues, Scenario};
+use crate::problems::Origin;
+use model::{ParamValue, ParamValues};
 use nalgebra::Point2;
 
 /// A table of a scenario that is put together in code, with the keys of a file.
@@ -38,13 +37,9 @@ impl Draft {
         self
     }
 
-    /// The scenario, if this is the table of a whole one. `name` is for messages, and for a scenario without a name.
-    ///
-    /// # Errors
-    /// With all problems, as a file has them; a draft has no lines, so they name the keys alone.
-    pub fn scenario(self, name: &str) -> Result<Scenario, Problems> {
-        let overrides = Overrides::default();
-        read(name, self.0, &overrides, Report::new(format!("scenario `{name}`"), Vec::new())).map(|read| read.0)
+    /// As a document that has been read.
+    pub(crate) fn document(self) -> RawTable {
+        self.0
     }
 }
 

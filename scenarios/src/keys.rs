@@ -1,7 +1,5 @@
 //! What a key of a scenario file is: the types of the key table, and ways to look into it.
 
-use crate::table::ROOT;
-
 /// No length, speed or time in a scenario is larger: larger values are almost certainly mistakes.
 pub(crate) const LARGE: f64 = 1e6;
 
@@ -174,28 +172,30 @@ impl Section {
     }
 }
 
-/// Every section that a file can contain, each once, the whole file first.
-pub(crate) fn all_sections() -> Vec<&'static Section> {
-    fn collect(section: &'static Section, found: &mut Vec<&'static Section>) {
-        if found.iter().any(|known| std::ptr::eq(*known, section)) {
-            return;
-        }
-        found.push(section);
-        for key in section.keys() {
-            if let Type::Table(inner) | Type::Tables(inner, _) = key.ty {
-                collect(inner, found);
-            }
-        }
-    }
-    let mut found = Vec::new();
-    collect(&ROOT, &mut found);
-    found
-}
-
 /// The preset of a key as text without quotes; "" if it has none.
 pub(crate) fn preset_text(section: &Section, name: &str) -> &'static str {
     match section.key(name, None).map(|key| key.preset) {
         Some(Preset::Value(text)) => text.trim_matches('"'),
         _ => "",
     }
+}
+
+/// A key that must be given.
+pub(crate) const fn required(name: &'static str, ty: Type, help: &'static str) -> Key {
+    Key { name, ty, preset: Preset::Required, help, only: &[] }
+}
+
+/// A key without a default.
+pub(crate) const fn optional(name: &'static str, ty: Type, help: &'static str) -> Key {
+    Key { name, ty, preset: Preset::Absent, help, only: &[] }
+}
+
+/// A key with a default, as TOML.
+pub(crate) const fn preset(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
+    Key { name, ty, preset: Preset::Value(value), help, only: &[] }
+}
+
+/// A key with a default in words, which depends on the rest of the file.
+pub(crate) const fn computed(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
+    Key { name, ty, preset: Preset::Computed(value), help, only: &[] }
 }

@@ -78,6 +78,17 @@ pub fn parse_with_paper(file_name: &str, text: &str, overrides: &Overrides) -> R
     read(stem(file_name), document, overrides, report)
 }
 
+impl Draft {
+    /// The scenario, if this is the table of a whole one. `name` is for messages, and for a scenario without a name.
+    ///
+    /// # Errors
+    /// With all problems, as a file has them; a draft has no lines, so they name the keys alone.
+    pub fn scenario(self, name: &str) -> Result<Scenario, Problems> {
+        let report = Report::new(format!("scenario `{name}`"), Vec::new());
+        read(name, self.document(), &Overrides::default(), report).map(|(scenario, _)| scenario)
+    }
+}
+
 /// Checks and resolves a document.
 fn read(
     name: &str,

@@ -2,11 +2,10 @@
 //! does not depend on it; `shoal reproduce` runs the scenario in the paper's own order of updates and compares.
 
 use crate::keys::Type::{Bool, Float, Floats, Int, Pairs, Params, Tables, Text};
-use crate::keys::{ANY, Key, Section, Type};
+use crate::keys::{ANY, Key, Section, Type, optional, preset, required};
 use crate::methods;
 use crate::node::{Node, Value};
 use crate::problems::Report;
-use crate::table::{optional, preset, required};
 use model::{BodyKind, MAX_ROBOTS, MAX_SHAPES, ParamValues, Radio, Robot};
 use nalgebra::Point2;
 use planners::METHODS;

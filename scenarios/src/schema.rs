@@ -1,8 +1,8 @@
 //! The key table in two other forms: JSON Schema for editors, text for people.
 
-use crate::keys::{ANY, COORDINATE, Key, Preset, Range, Section, Type, all_sections};
+use crate::keys::{ANY, COORDINATE, Key, Preset, Range, Section, Type};
 use crate::node::join;
-use crate::table::ROOT;
+use crate::table::{ROOT, all_sections};
 use crate::walk::{describe_range, describe_type};
 use model::ParamValue;
 use planners::{METHODS, Method, ParamKind};

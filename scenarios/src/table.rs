@@ -4,7 +4,7 @@
 //! printed from it. A new key costs one line here and one where it is used.
 
 use crate::keys::Type::*;
-use crate::keys::{ANY, Key, LARGE, Preset, Range, Section, Type};
+use crate::keys::{ANY, Key, LARGE, Range, Section, Type, computed, optional, preset, required};
 use crate::paper::PAPER;
 use model::{CPU_MAX, MAX_GOALS, MAX_ROBOTS, MAX_SHAPES, Radio};
 
@@ -482,18 +482,20 @@ static EXPECT: Section = Section {
     ]],
 };
 
-pub(crate) const fn required(name: &'static str, ty: Type, help: &'static str) -> Key {
-    Key { name, ty, preset: Preset::Required, help, only: &[] }
-}
-
-pub(crate) const fn optional(name: &'static str, ty: Type, help: &'static str) -> Key {
-    Key { name, ty, preset: Preset::Absent, help, only: &[] }
-}
-
-pub(crate) const fn preset(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
-    Key { name, ty, preset: Preset::Value(value), help, only: &[] }
-}
-
-pub(crate) const fn computed(name: &'static str, ty: Type, value: &'static str, help: &'static str) -> Key {
-    Key { name, ty, preset: Preset::Computed(value), help, only: &[] }
+/// Every section that a file can contain, each once, the whole file first.
+pub(crate) fn all_sections() -> Vec<&'static Section> {
+    fn collect(section: &'static Section, found: &mut Vec<&'static Section>) {
+        if found.iter().any(|known| std::ptr::eq(*known, section)) {
+            return;
+        }
+        found.push(section);
+        for key in section.keys() {
+            if let Type::Table(inner) | Type::Tables(inner, _) = key.ty {
+                collect(inner, found);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    collect(&ROOT, &mut found);
+    found
 }

@@ -100,7 +100,7 @@ fn unknown(section: &Section, tag: Option<&str>, name: &str, path: &str, origin:
     if let Some(way) = expressed(name) {
         hint = way.to_string();
     } else if nearest(name, keys.iter().copied()).is_none()
-        && let Some(elsewhere) = crate::keys::all_sections().into_iter().find(|other| other.key(name, None).is_some())
+        && let Some(elsewhere) = crate::table::all_sections().into_iter().find(|other| other.key(name, None).is_some())
     {
         hint = format!("`{name}` belongs to {}", elsewhere.title);
     }
