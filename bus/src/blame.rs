@@ -9,7 +9,7 @@
 //! ([`clock::RunQueue`]) after a late period, and otherwise once a second; [`Waits`] works out what the late period's part is.
 
 use crate::clock::{self, RunQueue};
-use crate::{Counter, Metric, StatsWriter};
+use crate::{Cause, Counter, Metric, StatsWriter};
 
 /// A process that wakes later than this share of its period is late. The verdict `starved` uses the same bound.
 pub const WAKE_SHARE_MAX: f64 = 0.2;
@@ -19,37 +19,6 @@ pub const WORK_SHARE: f64 = 0.5;
 pub const INPUT_PERIODS_MAX: u64 = 2;
 /// While nothing is late, the scheduler's counters are looked at this often, ns.
 const LOOK_EVERY_NS: u64 = 1_000_000_000;
-
-/// Why a period was late.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Cause {
-    /// The process was ready and had no processor.
-    Scheduler,
-    /// The planner took longer than its share.
-    Planner,
-    /// The world's own tick took longer than its share.
-    World,
-    /// The odometry was old: the world was late.
-    Input,
-    /// None of these: time stolen from the whole machine, or a late timer.
-    Neither,
-}
-
-impl Cause {
-    /// All of them, in the order of reports.
-    pub const ALL: [Cause; 5] = [Cause::Scheduler, Cause::Planner, Cause::World, Cause::Input, Cause::Neither];
-
-    /// The word for tables.
-    pub fn word(self) -> &'static str {
-        match self {
-            Cause::Scheduler => "scheduler",
-            Cause::Planner => "planner",
-            Cause::World => "world",
-            Cause::Input => "input",
-            Cause::Neither => "neither",
-        }
-    }
-}
 
 /// One period of a loop, when it is over. Times are of the monotonic clock, ns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

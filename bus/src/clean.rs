@@ -3,7 +3,7 @@
 
 use crate::address::SHM;
 use crate::clock::{now_ns, sleep_until_ns};
-use crate::{Address, BusError, Lease, Node, Result};
+use crate::{Address, BusError, Lease, Result};
 use rustix::io::Errno;
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open, pidfd_send_signal};
 use std::collections::BTreeSet;
@@ -138,13 +138,6 @@ pub fn clean_if_abandoned(address: &Address) -> Result<Option<SweepReport>> {
     let Some(_lease) = Lease::seize(address)? else { return Ok(None) };
     let killed = end_processes(address);
     Ok(Some(SweepReport { killed, ..sweep(address) }))
-}
-
-/// Clears away what dead members of the fleet hold in iceoryx2: their places in services, and their memory. How many
-/// were cleared. For the janitor's process. It looks at every node of the fleet
-/// (some 0.1 ms each), and leaves to another thread of this process what that is just clearing.
-pub fn janitor(node: &Node) -> u64 {
-    node.inner().try_cleanup_dead_nodes().cleanups
 }
 
 /// Removes what a process left unfinished that was killed between making a file and giving it a size: iceoryx2 would

@@ -93,8 +93,8 @@ impl BusError {
     }
 
     /// The fleet has ended.
-    pub(crate) fn gone(address: &crate::Address) -> BusError {
-        BusError::io(address.root(), "join the fleet", rustix::io::Errno::NOENT)
+    pub(crate) fn gone(root: &Path) -> BusError {
+        BusError::io(root, "join the fleet", rustix::io::Errno::NOENT)
     }
 
     /// The way out.

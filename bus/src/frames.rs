@@ -1,7 +1,7 @@
 //! Whole frames for whoever watches: iceoryx2 publish-subscribe, one slice per tick.
 
 use crate::node::{Ipc, Node};
-use crate::{BusError, Result, Sizes};
+use crate::{BusError, Result};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
@@ -20,8 +20,9 @@ const CHUNKS_MAX: usize = BUFFER + 2 * SUBSCRIBERS_MAX + 8;
 /// What keeps the service alive.
 pub(crate) type FrameService = Factory<Ipc, [FrameBody], FrameHeader>;
 
-pub(crate) fn bytes_needed(sizes: Sizes) -> u64 {
-    let frame = 128 + sizes.frame_bodies_max() * size_of::<FrameBody>();
+/// Room that frames of this many bodies take in shared memory, bytes.
+pub(crate) fn bytes_needed(bodies: usize) -> u64 {
+    let frame = 128 + bodies * size_of::<FrameBody>();
     // A connection holds its queues and a byte per chunk.
     (CHUNKS_MAX * frame + SUBSCRIBERS_MAX * 4 * 4096) as u64
 }
@@ -59,16 +60,15 @@ pub struct FramePublisher {
 }
 
 impl FramePublisher {
-    /// Becomes the one who publishes.
+    /// Becomes the one who publishes, frames of at most this many bodies ([`Sizes::frame_bodies_max`](crate::Sizes)).
     ///
     /// # Errors
     /// When the fleet's services are not there, or somebody else publishes.
-    pub fn open(node: &Node) -> Result<FramePublisher> {
-        let sizes = Sizes::of(node.address())?;
+    pub fn open(node: &Node, bodies_max: usize) -> Result<FramePublisher> {
         let service = open(node)?;
         let publisher = service
             .publisher_builder()
-            .initial_max_slice_len(sizes.frame_bodies_max())
+            .initial_max_slice_len(bodies_max)
             .allocation_strategy(AllocationStrategy::Static)
             .max_loaned_samples(1)
             .override_sample_preallocation(|needed| needed.min(CHUNKS_MAX))

@@ -26,6 +26,7 @@ pub mod bare;
 mod bell;
 pub mod blame;
 mod board;
+mod cause;
 pub mod clean;
 pub mod clock;
 pub mod control;
@@ -50,7 +51,7 @@ mod variant;
 pub mod world_board;
 
 pub use address::Address;
-pub use blame::Cause;
+pub use cause::Cause;
 pub use clean::{FleetEntry, SweepReport};
 pub use control::{NoticeReceiver, NoticeSender, OrderReceiver, OrderSender};
 pub use error::BusError;

@@ -25,7 +25,7 @@ impl Node {
     /// Joins the fleet at `address`. `name` is for people who look with iceoryx2's tools.
     ///
     /// iceoryx2's own clean-up is off: left on, every node that comes or goes looks at every other one, which makes a
-    /// start quadratic. The daemon's [`janitor`](crate::clean::janitor) does it instead. Its signal handlers are off
+    /// start quadratic. The daemon's [`janitor`](crate::Node::clear_dead) does it instead. Its signal handlers are off
     /// as well, and it logs nothing unless the environment variable `SHOAL_LOG` names a level.
     ///
     /// # Errors
@@ -55,7 +55,7 @@ impl Node {
             // The fleet ended meanwhile, and this made its root anew: nobody else would remove it.
             drop(inner);
             crate::clean::sweep(address);
-            return Err(BusError::gone(address));
+            return Err(BusError::gone(address.root()));
         }
         let inner = inner?;
         Ok(Node { inner, address: address.clone() })
@@ -66,8 +66,11 @@ impl Node {
         &self.address
     }
 
-    pub(crate) fn inner(&self) -> &iceoryx2::node::Node<Ipc> {
-        &self.inner
+    /// Clears away what dead members of the fleet hold in iceoryx2: their places in services, and their memory. How many
+    /// were cleared. For the janitor's process. It looks at every node of the fleet (some 0.1 ms each), and leaves to
+    /// another thread of this process what that is just clearing.
+    pub fn clear_dead(&self) -> u64 {
+        self.inner.try_cleanup_dead_nodes().cleanups
     }
 
     pub(crate) fn service(&self, name: &str) -> iceoryx2::service::builder::Builder<Ipc> {

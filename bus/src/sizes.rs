@@ -62,7 +62,7 @@ impl Sizes {
     }
 
     /// How many bodies a frame can hold: the robots, and the moving obstacles, each of which has a piece at least.
-    pub(crate) fn frame_bodies_max(&self) -> usize {
+    pub fn frame_bodies_max(&self) -> usize {
         self.pieces() as usize
     }
 
@@ -85,7 +85,8 @@ impl Sizes {
         let gate = 12 * KIB + robots * 64;
         let stats = stats::bytes_needed(robots);
         let control = control::BYTES_NEEDED;
-        (world + boards + nodes + specs + gate + stats + control + frames::bytes_needed(*self)) * 5 / 4
+        (world + boards + nodes + specs + gate + stats + control + frames::bytes_needed(self.frame_bodies_max())) * 5
+            / 4
     }
 
     /// The same on this machine, where `/dev/shm` may give every file a huge page at least.

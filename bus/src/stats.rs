@@ -19,7 +19,7 @@
 mod scale;
 mod snapshot;
 
-use crate::blame::Cause;
+use crate::cause::Cause;
 use crate::map::Mapping;
 use crate::{Address, BusError, Result};
 use scale::{COARSE, FINE, MAX_BITS, Scale};

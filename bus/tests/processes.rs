@@ -125,8 +125,8 @@ fn a_fleet_of_processes_survives_a_kill() {
     assert_eq!(counts[1..], [TICKS, TICKS]);
     assert!(counts[0] == KILL_AT || counts[0] == KILL_AT + 1, "{counts:?}");
 
-    wait_until("the janitor clears it", || clean::janitor(&daemon) == 1);
-    assert_eq!(clean::janitor(&daemon), 0);
+    wait_until("the janitor clears it", || daemon.clear_dead() == 1);
+    assert_eq!(daemon.clear_dead(), 0);
     assert!(clean::usage(&home.0) > 0);
     drop((world, gate, services, boards, daemon));
     let report = clean::sweep(&home.0);
@@ -159,7 +159,7 @@ fn places_of_killed_processes_are_cleared() {
         gate.wait_call(TIMEOUT);
         assert!(idler.0.try_wait().unwrap().is_none(), "round {round}");
         idler.kill();
-        wait_until("the janitor clears it", || clean::janitor(&daemon) == 1);
+        wait_until("the janitor clears it", || daemon.clear_dead() == 1);
     }
 }
 

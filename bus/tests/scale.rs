@@ -87,7 +87,7 @@ fn check(max_robots: u32, shape_pieces: u32) {
         reader.sensed().unwrap();
     }
     lap("robots read all");
-    let mut frames = FramePublisher::open(&daemon).unwrap();
+    let mut frames = FramePublisher::open(&daemon, sizes.frame_bodies_max()).unwrap();
     let mut observers: Vec<_> = (0..8).map(|i| FrameSubscriber::open(&nodes[i % nodes.len()]).unwrap()).collect();
     let bodies = vec![FrameBody::default(); sizes.pieces() as usize];
     for tick in 0..300 {

@@ -291,7 +291,7 @@ fn a_reply_that_is_too_large_becomes_a_refusal() {
 #[test]
 fn frames_go_to_those_who_watch() {
     let fleet = fleet();
-    let mut world = FramePublisher::open(&fleet.daemon).unwrap();
+    let mut world = FramePublisher::open(&fleet.daemon, SIZES.frame_bodies_max()).unwrap();
     let bodies: Vec<FrameBody> = (0..9).map(|index| FrameBody { index, ..FrameBody::default() }).collect();
     let frame = |tick| FrameHeader { tick, ..FrameHeader::default() };
     assert!(!world.is_watched() && world.publish(frame(1), &bodies) == 0);
@@ -356,7 +356,7 @@ fn everything_that_a_fleet_shares_is_in_one_directory_of_its_owner() {
     use std::os::unix::fs::MetadataExt;
     let fleet = fleet();
     let _robot = RobotWriter::create(&fleet.other, seat(0), SIZES, Poses::LastTwo).unwrap();
-    let mut frames = FramePublisher::open(&fleet.daemon).unwrap();
+    let mut frames = FramePublisher::open(&fleet.daemon, SIZES.frame_bodies_max()).unwrap();
     let _observer = FrameSubscriber::open(&fleet.other).unwrap();
     frames.publish(FrameHeader::default(), &[]);
     let id = fleet.daemon.address().id();

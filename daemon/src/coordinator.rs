@@ -6,7 +6,6 @@
 
 mod operators;
 
-use crate::ending::SIGBUS;
 use model::{Event, Scenario, Seat, StragglerPolicy, TimelineAction};
 use operators::Waiting;
 pub use operators::{Answer, CONFIRM_WITHIN, WAITING_MAX};
@@ -14,6 +13,9 @@ use protocol::daemon_to_world::{Absence, Order, Ticket};
 use protocol::operator_to_daemon::Reply;
 use protocol::world_to_daemon::Notice;
 use std::time::Duration;
+
+/// SIGBUS: what writing into a full tmpfs does.
+pub(crate) const SIGBUS: i32 = 7;
 
 /// The shell lets the coordinator look at the clock more often than this; what is beyond it, nothing ran.
 const LOOKED_WITHIN: Duration = Duration::from_secs(1);

@@ -48,7 +48,7 @@ impl Guardian {
     /// somebody has stopped.
     pub fn dismiss(mut self) {
         let _ = self.child.kill();
-        if let Some(pid) = crate::supervisor::pid_of(self.child.id()) {
+        if let Some(pid) = crate::processes::pid_of(self.child.id()) {
             crate::processes::reap_until(pid, bus::clock::now_ns() + crate::processes::DYING.as_nanos() as u64);
         }
     }

@@ -60,7 +60,7 @@ impl Drop for Janitor {
     fn drop(&mut self) {
         let Some(mut child) = self.child.take() else { return };
         let _ = child.kill();
-        if let Some(pid) = crate::supervisor::pid_of(child.id()) {
+        if let Some(pid) = crate::processes::pid_of(child.id()) {
             crate::processes::reap_until(pid, bus::clock::now_ns() + crate::processes::DYING.as_nanos() as u64);
         }
     }
@@ -76,6 +76,6 @@ pub fn main(root: &Path, parent: u32) -> Result<(), Error> {
     }
     let address = Address::at(root)?;
     clean::unfinished(&address);
-    clean::janitor(&Node::new(&address, "janitor")?);
+    Node::new(&address, "janitor")?.clear_dead();
     Ok(())
 }

@@ -3,7 +3,6 @@
 //! ```text
 //! supervisor      the processes of one fleet, and what they share: does what the coordinator decides
 //! coordinator     which process should run: pure
-//! ending          the end of a run: what is read, and what is removed
 //! guardian        cleans after a killed daemon           janitor      clears away what dead processes left
 //! processes       children, started, watched, reaped     logs         what they print
 //! executables     agents of one's own                    scheduling   processors and classes of the processes
@@ -16,7 +15,6 @@
 
 pub mod coordinator;
 pub mod descriptors;
-pub mod ending;
 pub mod error;
 pub mod executables;
 pub mod guardian;

@@ -5,7 +5,6 @@ use crate::error::{Error, Kind};
 use crate::executables::{Executables, cannot_start};
 use crate::logs::Logs;
 use crate::scheduling::schedule;
-use crate::supervisor::{Change, Who};
 use bus::{Address, Gate};
 use model::{Processes, Seat};
 use report::ProcessFacts;
@@ -129,7 +128,7 @@ impl Children {
         let log = self.logs.create(&log_of(who), speaker)?;
         command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
         let id = command.spawn()?.id();
-        let pid = crate::supervisor::pid_of(id).expect("a spawned process has a positive id");
+        let pid = pid_of(id).expect("a spawned process has a positive id");
         self.group.get_or_insert(pid);
         self.alive.insert(pid.as_raw_pid(), self.all.len());
         let (before, measured) = (Measured::default(), Measured::default());
@@ -281,7 +280,7 @@ impl Children {
             let Some(pid) = gate.process(seat).filter(|pid| *pid != started) else { continue };
             // What a file of the run says may be wrong: only what this child has started is its agent.
             if let Some(since) = bus::process::start_of(pid).filter(|_| bus::process::descends_from(pid, started)) {
-                child.wrapped = crate::supervisor::pid_of(pid).map(|pid| (pid, since));
+                child.wrapped = pid_of(pid).map(|pid| (pid, since));
             }
         }
     }
@@ -380,4 +379,34 @@ fn close_on_exec() {
         let fd = unsafe { std::os::fd::BorrowedFd::borrow_raw(number) };
         let _ = rustix::io::fcntl_setfd(fd, rustix::io::FdFlags::CLOEXEC);
     }
+}
+
+/// Whose process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Who {
+    /// The world's.
+    World,
+    /// The agent of this seat.
+    Agent(Seat),
+}
+
+/// What happened to a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It ended, and has been reaped.
+    Ended(Ending),
+    /// It was stopped.
+    Stopped,
+    /// It goes on.
+    Continued,
+}
+
+/// The monotonic clock.
+pub(crate) fn now() -> Duration {
+    Duration::from_nanos(bus::clock::now_ns())
+}
+
+/// A process id as rustix wants it.
+pub(crate) fn pid_of(pid: u32) -> Option<Pid> {
+    Pid::from_raw(pid as i32)
 }

@@ -1,19 +1,23 @@
 //! The supervisor: the processes of one fleet and the shared memory they live in. It does what the coordinator
 //! decides, and tells it what became of it.
 
+mod ending;
+
+pub use ending::Finished;
+
 use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, Signal};
-use crate::ending::{Finished, full_memory};
 use crate::error::{Error, Kind};
 use crate::executables::Executables;
 use crate::guardian::Guardian;
 use crate::janitor::Janitor;
-use crate::processes::Children;
+use crate::processes::{Change, Children, Who, now};
 use crate::signals::Signals;
 use crate::status;
 use bus::{
     Address, Footing, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes,
 };
 use bus::{Responder, StatsSnapshot, WorldObserver, clean, clock};
+use ending::full_memory;
 use model::{Scenario, Seat};
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
@@ -21,7 +25,7 @@ use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{Reply, Request, Status};
 use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::process::{Pid, Signal as Kill};
+use rustix::process::Signal as Kill;
 use std::collections::BTreeMap;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
@@ -59,44 +63,35 @@ pub trait Watch {
     fn news(&mut self, kind: &str, line: &str);
 }
 
-/// Whose process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Who {
-    /// The world's.
-    World,
-    /// The agent of this seat.
-    Agent(Seat),
-}
-
 /// One fleet, from its creation to its end.
 pub struct Supervisor {
-    pub(crate) address: Address,
-    pub(crate) coordinator: Coordinator,
-    pub(crate) children: Children,
-    pub(crate) gate: Gate,
+    address: Address,
+    coordinator: Coordinator,
+    children: Children,
+    gate: Gate,
     orders: OrderSender,
     notices: NoticeReceiver,
     operators: OperatorServer,
     /// Operators whose request the world has not decided yet.
     awaiting: Vec<(Ticket, Responder)>,
     observer: WorldObserver,
-    pub(crate) signals: Signals,
-    pub(crate) world_ending: Option<Ending>,
+    signals: Signals,
+    world_ending: Option<Ending>,
     /// What the world leaves when it ends.
-    pub(crate) left: OutcomeFile,
+    left: OutcomeFile,
     footing: Footing,
     footing_seen: Duration,
     /// What went wrong around the run; each of these ends it, and none costs its result.
-    pub(crate) failures: Vec<Error>,
+    failures: Vec<Error>,
     /// When the world was asked to end.
     asked_at: Option<Duration>,
     /// Somebody wants the end at once.
-    pub(crate) killed: bool,
+    killed: bool,
     /// Whoever watches has seen enough.
     enough: bool,
-    pub(crate) spawned_ns: u64,
+    spawned_ns: u64,
     /// What lives that are over have counted, by slot.
-    pub(crate) departed: BTreeMap<u32, StatsSnapshot>,
+    departed: BTreeMap<u32, StatsSnapshot>,
     janitor: Janitor,
     _node: Node,
     _services: Services,
@@ -423,22 +418,6 @@ impl Supervisor {
     }
 }
 
-/// The monotonic clock.
-pub(crate) fn now() -> Duration {
-    Duration::from_nanos(clock::now_ns())
-}
-
-/// What happened to a process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
-    /// It ended, and has been reaped.
-    Ended(Ending),
-    /// It was stopped.
-    Stopped,
-    /// It goes on.
-    Continued,
-}
-
 /// Leaves a value for a process of the fleet, as a file in the root of the run.
 fn write<T: serde::Serialize>(address: &Address, name: &str, value: &T) -> Result<(), Error> {
     let path = address.file(name);
@@ -458,9 +437,4 @@ fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
         Error::new(Kind::Memory, format!("`{}`: cannot write: {error}", path.display()))
             .hint("is /dev/shm full? see `df -h /dev/shm` and `shoal clean`")
     })
-}
-
-/// A process id as rustix wants it.
-pub(crate) fn pid_of(pid: u32) -> Option<Pid> {
-    Pid::from_raw(pid as i32)
 }

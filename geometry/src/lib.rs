@@ -6,6 +6,6 @@ pub mod arm;
 pub mod shapes;
 pub mod spline;
 
-pub use angle::wrap;
+pub use angle::{heading, wrap};
 pub use arm::{ArmGeometry, ArmState, Elbow};
 pub use shapes::{Capsule, Polygon, segment_distance, segments_cross, swept_distance};

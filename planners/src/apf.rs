@@ -28,9 +28,9 @@
 //!
 //! Known limits: local minima, and goals that stand within the influence of an obstacle.
 
+use crate::method::{Identity, Method, Symmetry};
 use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner, nearest_by_id};
-use crate::registry::{Identity, Method, Symmetry};
 use crate::steering::steer_to_goal;
 use geometry::Capsule;
 use model::{BodyKind, Drive, ParamValues};

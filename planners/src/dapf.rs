@@ -25,9 +25,9 @@
 use crate::amr_apf::field::{Own, mu};
 use crate::amr_apf::speed::{Body, Pivot, SpeedLaw, Twist};
 use crate::amr_apf::{rounded, unicycle};
+use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::params::{ParamError, ParamField};
 use crate::planner::{Neighbor, Plan, PlanInput, Planner, nearest_by_id};
-use crate::registry::{Identity, Method, Symmetry, any_speed};
 use model::{BodyKind, Drive, ParamValues, PlanState};
 use nalgebra::{Point2, Rotation2, Vector2};
 use std::f64::consts::{FRAC_PI_2, PI};

@@ -36,9 +36,9 @@
 //! Known limits, all of them the method's own: local minima before gaps, deadlock of exactly opposed robots, goals
 //! nearer to each other than `p_r` plus both radii, and poses older than about 0.2 s at 1 m/s.
 
+use crate::method::{Identity, Method, Symmetry};
 use crate::params::ParamError;
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
-use crate::registry::{Identity, Method, Symmetry};
 use crate::steering::steer_to_goal;
 use model::{BodyKind, Drive, Limits, ParamValues};
 use nalgebra::{Point2, Vector2};

@@ -11,6 +11,7 @@ pub mod chassis;
 pub mod dapf;
 pub mod decentralized_apf;
 pub mod liquid;
+pub mod method;
 pub mod params;
 pub mod planner;
 pub mod pso_via_points;
@@ -20,6 +21,7 @@ pub mod steering;
 pub mod straight;
 
 pub use chassis::Chassis;
+pub use method::{Identity, Method, Symmetry};
 pub use params::{ParamError, ParamField, ParamKind, ParamSpec};
 pub use planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id, solid};
-pub use registry::{Identity, METHODS, Method, Symmetry, find};
+pub use registry::{METHODS, find};

@@ -43,9 +43,9 @@
 //! too: where obstacles stand nearer to each other than 1.5 m, `mu_obs` should be about 1 / gap². The guard does not
 //! foresee: what moves towards the robot may touch it.
 
+use crate::method::{Identity, Method, Symmetry};
 use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner, solid};
-use crate::registry::{Identity, Method, Symmetry};
 use crate::steering::steer_to_goal;
 use geometry::Capsule;
 use model::random::Stream;

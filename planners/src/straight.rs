@@ -4,9 +4,9 @@
 //! |--------|----------------|-------|---------|--------------------------|
 //! |        | `heading_gain` | 1/s   | 3.0     | a unicycle turns sharper |
 
+use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner};
-use crate::registry::{Identity, Method, Symmetry, any_speed};
 use crate::steering::steer_to_goal;
 use model::{BodyKind, Drive, ParamValues};
 

@@ -4,7 +4,7 @@ use crate::radio::Receiver;
 use geometry::ArmState;
 use model::{Drive, PlanState, Seat};
 use nalgebra::{Point2, Vector2};
-use planners::registry::Identity;
+use planners::Identity;
 use planners::{Chassis, Neighbor, Obstacle, ParamError, PlanInput, Planner};
 use protocol::daemon_to_robot::{AgentSpec, MapPiece};
 use protocol::robot_to_robot::{PosePair, SharedPose};

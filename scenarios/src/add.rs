@@ -1,6 +1,7 @@
 //! A robot that is added to a running fleet.
 
-use crate::check::{Ground, Source, Surfaces};
+use crate::check::Source;
+use crate::ground::{Ground, Surfaces};
 use crate::keys::LARGE;
 use crate::problems::{Origin, Problems, Report};
 use crate::{arm, methods, robots, walk};
@@ -50,7 +51,7 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
         report.add(here, "radius_m", format!("must be above 0, is {radius_m}"));
     }
     let start_yaw_rad = request.start_yaw_rad.unwrap_or_else(|| {
-        robots::yaw(request.goals.first().map_or(nalgebra::Vector2::zeros(), |goal| goal - request.start))
+        geometry::heading(request.goals.first().map_or(nalgebra::Vector2::zeros(), |goal| goal - request.start))
     });
     if !start_yaw_rad.is_finite() {
         report.add(here, "start_yaw_rad", format!("must be a number, is {start_yaw_rad}"));

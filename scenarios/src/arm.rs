@@ -1,10 +1,10 @@
 //! Arms: their keys, how they stand at the start, and which places their tips can be at.
 
-use crate::check::{Ground, Surfaces};
+use crate::body::Body;
+use crate::ground::{Ground, Surfaces};
 use crate::node::{Node, Value};
 use crate::obstacles::{contains, show};
 use crate::problems::{Origin, Report};
-use crate::robots::Body;
 use crate::table::{ARM, KINDS_ARM, MOBILE, PLACED_ARM};
 use geometry::{ArmGeometry, Capsule, Elbow, wrap};
 use model::{ArmSetup, BodyKind, Robot};

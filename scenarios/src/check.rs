@@ -1,101 +1,11 @@
 //! Checks of places: free of obstacles, inside the world, apart from each other.
 
 use crate::arm;
-use crate::obstacles::{contains, show};
+use crate::ground::{Ground, TOUCH_M};
 use crate::problems::{Origin, Report};
-use geometry::{Capsule, Polygon, segment_distance};
-use model::{BodyKind, Bounds, Obstacle, Robot, Shape};
+use geometry::{Capsule, segment_distance};
+use model::{BodyKind, Robot};
 use nalgebra::Point2;
-
-/// Bodies that overlap by less than this touch, m.
-const TOUCH_M: f64 = 1e-9;
-
-/// The surfaces of all obstacles at the start, with boxes round them.
-pub(crate) struct Surfaces(Vec<Surface>);
-
-struct Surface {
-    /// Index of the obstacle.
-    obstacle: usize,
-    moving: bool,
-    low: Point2<f64>,
-    high: Point2<f64>,
-    pieces: Vec<Capsule>,
-    solid: Option<Polygon>,
-}
-
-impl Surfaces {
-    /// Obstacles that could not be read have no surface.
-    pub(crate) fn new(obstacles: &[Obstacle]) -> Surfaces {
-        let surface = |(index, obstacle): (usize, &Obstacle)| {
-            let pieces = obstacle.shape.pieces();
-            let (mut low, mut high) = (Point2::from([f64::MAX; 2]), Point2::from([f64::MIN; 2]));
-            for piece in &pieces {
-                for end in [piece.a, piece.b] {
-                    low = low.inf(&(end - nalgebra::Vector2::repeat(piece.radius)));
-                    high = high.sup(&(end + nalgebra::Vector2::repeat(piece.radius)));
-                }
-            }
-            let solid = match &obstacle.shape {
-                Shape::Polygon(corners) => Some(Polygon { corners: corners.clone() }),
-                Shape::Capsule(_) => None,
-            };
-            let readable = obstacle.shape.reference().coords.iter().all(|x| x.is_finite());
-            readable.then_some(Surface { obstacle: index, moving: obstacle.motion.is_some(), low, high, pieces, solid })
-        };
-        Surfaces(obstacles.iter().enumerate().filter_map(surface).collect())
-    }
-
-    /// How many pieces they have in all.
-    pub(crate) fn pieces(&self) -> usize {
-        self.0.iter().map(|surface| surface.pieces.len()).sum()
-    }
-
-    /// Whether every surface is at least this far from `p`.
-    pub(crate) fn clearance_at_least(&self, p: Point2<f64>, distance_m: f64) -> bool {
-        self.0.iter().all(|surface| surface.clearance_below(p, distance_m).is_none())
-    }
-
-    /// The first obstacle that a disc overlaps, and by how much.
-    fn overlap(&self, p: Point2<f64>, radius_m: f64, with_moving: bool) -> Option<(usize, f64)> {
-        (self.0.iter().filter(|surface| with_moving || !surface.moving))
-            .find_map(|surface| Some((surface.obstacle, radius_m - surface.clearance_below(p, radius_m - TOUCH_M)?)))
-    }
-
-    /// The first obstacle that one of these bodies overlaps, and by how much.
-    pub(crate) fn overlap_of(&self, bodies: &[Capsule], with_moving: bool) -> Option<(usize, f64)> {
-        let surfaces = self.0.iter().filter(|surface| with_moving || !surface.moving);
-        surfaces.into_iter().find_map(|surface| {
-            let clearance = bodies.iter().map(|body| surface.clearance_of(body)).fold(f64::INFINITY, f64::min);
-            (clearance < -TOUCH_M).then_some((surface.obstacle, -clearance))
-        })
-    }
-}
-
-impl Surface {
-    /// The distance from the surface of a body, negative in overlap.
-    fn clearance_of(&self, body: &Capsule) -> f64 {
-        let to_edge = (self.pieces.iter())
-            .map(|piece| segment_distance(body.a, body.b, piece.a, piece.b) - piece.radius)
-            .fold(f64::INFINITY, f64::min);
-        let inside = self.solid.as_ref().is_some_and(|solid| solid.contains(body.a));
-        (if inside { -to_edge } else { to_edge }) - body.radius
-    }
-
-    /// The distance from `p`, negative inside, if it is below `limit_m`.
-    fn clearance_below(&self, p: Point2<f64>, limit_m: f64) -> Option<f64> {
-        let near = p.x > self.low.x - limit_m
-            && p.x < self.high.x + limit_m
-            && p.y > self.low.y - limit_m
-            && p.y < self.high.y + limit_m;
-        if !near {
-            return None;
-        }
-        let to_edge = self.pieces.iter().map(|piece| piece.distance(p)).fold(f64::INFINITY, f64::min);
-        let inside = self.solid.as_ref().is_some_and(|solid| solid.contains(p));
-        let clearance = if inside { -to_edge } else { to_edge };
-        (clearance < limit_m).then_some(clearance)
-    }
-}
 
 /// Where a robot's places stand in the file.
 #[derive(Clone, Debug)]
@@ -110,12 +20,6 @@ pub(crate) struct Source {
     pub(crate) waypoints: (String, Origin),
     /// It enters later: where others start does not matter to it.
     pub(crate) late: bool,
-}
-
-/// What places are checked against.
-pub(crate) struct Ground<'a> {
-    pub(crate) world: Bounds,
-    pub(crate) surfaces: &'a Surfaces,
 }
 
 impl Ground<'_> {
@@ -152,43 +56,6 @@ impl Ground<'_> {
             Some(setup) => arm::check_goal(self, setup, p, what, (key, origin), report),
             None if robot.kind == BodyKind::TwoLinkArm => {} // it is wrong, and reported
             None => self.place(p, robot.radius_m, false, what, key, origin, report),
-        }
-    }
-
-    /// Reports a place that is not in the world.
-    pub(crate) fn outside(&self, p: Point2<f64>, what: &str, key: &str, origin: Origin, report: &mut Report) {
-        let Bounds { x_m, y_m } = self.world;
-        let message = format!("{what}, {}, is outside the world", show(p));
-        let hint = format!("[world] has x_m = [{}, {}], y_m = [{}, {}]", x_m[0], x_m[1], y_m[0], y_m[1]);
-        report.add_hint(origin, key, message, hint);
-    }
-
-    /// Checks one place for a disc to be.
-    #[expect(clippy::too_many_arguments, reason = "a place, and how to name it; a struct would only be unpacked again")]
-    fn place(
-        &self,
-        p: Point2<f64>,
-        radius_m: f64,
-        with_moving: bool,
-        what: &str,
-        key: &str,
-        origin: Origin,
-        report: &mut Report,
-    ) {
-        if !p.coords.iter().all(|x| x.is_finite()) {
-            return; // wrong, and reported
-        }
-        if !contains(self.world, p) {
-            self.outside(p, what, key, origin, report);
-        }
-        if let Some((obstacle, overlap_m)) = self.surfaces.overlap(p, radius_m, with_moving) {
-            let message = format!("{what}, {}, overlaps obstacle[{obstacle}] by {overlap_m:.3} m", show(p));
-            report.add_hint(
-                origin,
-                key,
-                message,
-                format!("keep it {radius_m} m, the robot's radius, from every surface"),
-            );
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Robots in a pattern: where each starts and where it goes. Every random number comes from the seed of the scenario
 //! and the number of the robot, so adding robots moves no other, except where they have to make way (`random`).
 
-use crate::check::Surfaces;
+use crate::ground::Surfaces;
 use crate::node::{Node, Value};
 use crate::problems::Report;
 use geometry::Capsule;

@@ -9,10 +9,12 @@
 
 mod add;
 mod arm;
+mod body;
 mod catalog;
 mod check;
 mod document;
 mod draft;
+mod ground;
 mod keys;
 mod layout;
 mod methods;

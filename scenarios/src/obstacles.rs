@@ -125,7 +125,7 @@ pub(crate) fn motion(node: &Node, reference: Point2<f64>, world: Bounds, report:
                 );
                 return None;
             }
-            let phase_rad = node.float("phase_rad").unwrap_or_else(|| crate::robots::yaw(from_center));
+            let phase_rad = node.float("phase_rad").unwrap_or_else(|| geometry::heading(from_center));
             Some(Motion::Orbit { center, radius_m, omega_radps: node.float("omega_radps")?, phase_rad })
         }
         "bounce" => {

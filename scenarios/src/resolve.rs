@@ -1,7 +1,8 @@
 //! From a checked file to a scenario: defaults filled in, layouts placed, times turned into ticks.
 
 use crate::arm;
-use crate::check::{self, Ground, Source, Surfaces};
+use crate::check::{self, Source};
+use crate::ground::{Ground, Surfaces};
 use crate::keys::{FAR_M, Type};
 use crate::layout::{self, Surroundings};
 use crate::node::{Node, Value};

@@ -1,6 +1,7 @@
 //! Robots from their layers: the robot itself, its kind, the defaults, the key table.
 
 use crate::arm;
+use crate::body::Body;
 use crate::methods::{self, FleetParams};
 use crate::node::{Node, Value};
 use crate::problems::{Origin, Report};
@@ -100,7 +101,7 @@ impl<'a> Layers<'a> {
             arm: None,
             radius_m: body.float("radius_m"),
             start: place.start,
-            start_yaw_rad: body.given("start_yaw_rad").unwrap_or_else(|| yaw(towards)),
+            start_yaw_rad: body.given("start_yaw_rad").unwrap_or_else(|| geometry::heading(towards)),
             goals: place.goals,
             goal_yaw_rad: place.goal_yaw_rad,
             goal_yaw_tolerance_rad: body.float("goal_yaw_tolerance_rad"),
@@ -229,38 +230,4 @@ pub(crate) fn check_rounds(robot: &Robot, node: &Node, report: &mut Report) {
             "leave goal_motion or rounds out",
         );
     }
-}
-
-/// Values by layer, strongest first.
-pub(crate) struct Body<'a> {
-    pub(crate) layers: Vec<&'a Node>,
-    pub(crate) table: Node,
-}
-
-impl Body<'_> {
-    /// The strongest layer that has a key; if none has, the key table.
-    pub(crate) fn layer(&self, key: &str) -> &Node {
-        self.layers.iter().copied().find(|layer| layer.has(key)).unwrap_or(&self.table)
-    }
-
-    fn given(&self, key: &str) -> Option<f64> {
-        self.layer(key).float(key)
-    }
-
-    pub(crate) fn float(&self, key: &str) -> f64 {
-        self.given(key).unwrap_or_default()
-    }
-
-    fn int(&self, key: &str) -> i128 {
-        self.layer(key).int(key).unwrap_or_default()
-    }
-
-    fn text(&self, key: &str) -> &str {
-        self.layer(key).text(key).unwrap_or_default()
-    }
-}
-
-/// The heading of a direction; 0 for none.
-pub(crate) fn yaw(direction: Vector2<f64>) -> f64 {
-    if direction.norm_squared() > 0.0 { direction.y.atan2(direction.x) } else { 0.0 }
 }

@@ -1,6 +1,6 @@
 //! The timeline: events of a file, in order, and whether they make sense for the robots they name.
 
-use crate::check::Ground;
+use crate::ground::Ground;
 use crate::node::Node;
 use crate::problems::{Report, known};
 use crate::robots;

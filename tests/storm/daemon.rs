@@ -9,7 +9,7 @@ use crate::operators::Operators;
 use crate::shared::Shared;
 use bus::queue::OrderQueue;
 use daemon::coordinator::{Action, Answer, CONFIRM_WITHIN, Coordinator};
-use daemon::supervisor::Change;
+use daemon::processes::Change;
 use model::Scenario;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;

@@ -4,7 +4,7 @@ use crate::agent::{AgentProcess, Fate, Next};
 use crate::dice::MS;
 use crate::shared::Shared;
 use daemon::coordinator::{Ending, Signal};
-use daemon::supervisor::Change;
+use daemon::processes::Change;
 use model::Seat;
 use protocol::daemon_to_robot::AgentSpec;
 

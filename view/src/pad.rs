@@ -184,3 +184,12 @@ pub(super) fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     }
     lines
 }
+
+/// A number with three digits that matter.
+pub(super) fn short(x: f64) -> String {
+    match x.abs() {
+        size if size >= 99.95 || size == 0.0 => format!("{x:.0}"),
+        size if size >= 9.995 => format!("{x:.1}"),
+        _ => format!("{x:.2}"),
+    }
+}

@@ -1,7 +1,7 @@
 //! The figures of the papers: the same data as in the CSV files beside them.
 
 use super::axes::{Axes, roomy, span};
-use super::pad::{Anchor, Color, Pad, svg, width_of, wrapped};
+use super::pad::{Anchor, Color, Pad, short, svg, width_of, wrapped};
 use super::thin::thin;
 use super::{FAINT_INK, INK, STONE, STONE_EDGE, color, surface};
 use reproduce::row::{Form, Series};
@@ -190,13 +190,4 @@ fn bars(series: &Series) -> String {
 
 fn bar(pad: &Pad<'_>, axes: &Axes, [from, to]: [f64; 2], height: f64, color: Color) {
     pad.polygon(&[[from, 0.0], [to, 0.0], [to, height], [from, height]].map(|p| axes.at(p)), color.faint(0.85));
-}
-
-/// A number with three digits that matter.
-pub(super) fn short(x: f64) -> String {
-    match x.abs() {
-        size if size >= 99.95 || size == 0.0 => format!("{x:.0}"),
-        size if size >= 9.995 => format!("{x:.1}"),
-        _ => format!("{x:.2}"),
-    }
 }

@@ -1,7 +1,6 @@
 //! A quantity over the plane, seen from above and aside, as the papers show their potentials.
 
-use super::pad::{Anchor, Color, Pad, svg, wrapped};
-use super::series::short;
+use super::pad::{Anchor, Color, Pad, short, svg, wrapped};
 use super::{FAINT_INK, INK};
 use reproduce::row::Series;
 

@@ -28,6 +28,7 @@ mod grid;
 mod journal;
 mod kinematics;
 mod links;
+mod moving;
 pub mod outcome_file;
 pub mod pace;
 mod presence;

@@ -11,6 +11,7 @@
 
 use crate::arm::{self, Arm};
 use crate::body::Body;
+use crate::moving::Moving;
 use crate::shapes::{Approach, Placed, Shapes};
 use geometry::{Capsule, segment_distance};
 use nalgebra::Vector2;
@@ -19,40 +20,6 @@ use nalgebra::Vector2;
 const SWEEP_M: f64 = 1e-4;
 /// A tick is halved at most so often: the bound for absurd speeds. Clearances are exact to 1/65536 of the way then.
 const HALVINGS_MAX: u32 = 16;
-
-/// A capsule on its way through a tick.
-#[derive(Clone, Copy)]
-pub(crate) enum Moving<'a> {
-    /// Straight and evenly, without turning.
-    Straight { from: Capsule, to: Capsule },
-    /// A link of an arm.
-    Link { arm: &'a Arm, link: usize },
-}
-
-impl Moving<'_> {
-    pub(crate) fn at(&self, instant: f64) -> Capsule {
-        match *self {
-            Moving::Straight { to, .. } if instant == 1.0 => to,
-            Moving::Straight { from, to } => from.moved((to.a - from.a) * instant),
-            Moving::Link { arm, link } => arm.links_at(instant)[link],
-        }
-    }
-
-    /// No point of it goes further, m.
-    pub(crate) fn travel_m(&self) -> f64 {
-        match *self {
-            Moving::Straight { from, to } => (to.a - from.a).norm(),
-            Moving::Link { arm, link } => arm.travel_m(link),
-        }
-    }
-
-    fn radius_m(&self) -> f64 {
-        match *self {
-            Moving::Straight { from, .. } => from.radius,
-            Moving::Link { arm, .. } => arm.state.geometry.link_radius_m,
-        }
-    }
-}
 
 /// What a body is made of.
 pub(crate) struct Parts<'a>([Moving<'a>; 2], usize);

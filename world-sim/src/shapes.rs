@@ -1,7 +1,7 @@
 //! The obstacles, where they are.
 
 use crate::grid::Aabb;
-use crate::links::Moving;
+use crate::moving::Moving;
 use geometry::{Capsule, Polygon, segment_distance};
 use model::random::Stream;
 use model::{Mover, Obstacle, Shape};

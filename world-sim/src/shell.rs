@@ -120,7 +120,7 @@ impl Shell {
             board: WorldWriter::open(&node, sizes)?,
             orders: OrderReceiver::open(&node)?,
             notices: NoticeSender::open(&node)?,
-            frames: FramePublisher::open(&node)?,
+            frames: FramePublisher::open(&node, sizes.frame_bodies_max())?,
             stats: StatsWriter::create(
                 address,
                 bus::stats::WORLD,

@@ -1,6 +1,6 @@
 //! Where and when two bodies that came into contact in a tick touched first: for the log, so only of contacts.
 
-use crate::links::Moving;
+use crate::moving::Moving;
 use geometry::{Capsule, segments_cross};
 use nalgebra::{Point2, Vector2};
 

@@ -6,7 +6,7 @@ use super::{
     COUNTERS, Counter, DIRECTORY, HISTOGRAM_SIZE, HISTOGRAMS, MAGIC, Metric, PRESENT, STRIP_BUCKETS, STRIP_MAX,
     STRIP_METRIC, STRIP_SIZE, STRIPS,
 };
-use crate::blame::Cause;
+use crate::cause::Cause;
 use crate::{Address, BusError, Result};
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;

@@ -51,9 +51,9 @@ pub(crate) mod unicycle;
 
 pub use params::{Circle, ClusterRule, Params, PillarGaps, Preset, Rule, Side, SpeedRule, Traps, Which};
 
+use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
-use crate::registry::{Identity, Method, Symmetry, any_speed};
 use clusters::{Member, Scratch};
 use field::{Other, Own};
 use geometry::wrap;

@@ -9,9 +9,9 @@ use super::field::{Field, Law};
 use super::known::Known;
 use super::layer::{Layer, speed_near, stay, towards};
 use super::search::{Budget, Progress, Search};
+use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner};
-use crate::registry::{Identity, Method, Symmetry, any_speed};
 use model::{BodyKind, ParamValues, PlanState};
 use nalgebra::{Point2, Vector2};
 

@@ -10,9 +10,9 @@ use super::common::Common;
 use super::field::{Field, Law};
 use super::known::{moves, parked};
 use super::layer::{Layer, speed_near, stay, towards};
+use crate::method::{Identity, Method, Symmetry};
 use crate::params::ParamError;
 use crate::planner::{Obstacle, Plan, PlanInput, Planner};
-use crate::registry::{Identity, Method, Symmetry};
 use model::{BodyKind, ParamValues, PlanState};
 use nalgebra::{Point2, Vector2};
 

@@ -65,9 +65,9 @@ mod watch;
 pub use params::Params;
 
 use crate::decentralized_apf::{self, DecentralizedApf};
+use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner, nearest_by_id};
-use crate::registry::{Identity, Method, Symmetry, any_speed};
 use crate::steering::steer_to_goal;
 use field::{Bodies, Variant};
 use follow::Follower;

@@ -4,8 +4,7 @@ mod amr_apf;
 mod decentralized_apf;
 
 use crate::exit::Failure;
-use daemon::ending::Finished;
-use daemon::supervisor::{self, Watch};
+use daemon::supervisor::{self, Finished, Watch};
 use model::Scenario;
 use reproduce::row::{Rows, Series};
 use std::ops::ControlFlow;

@@ -1,9 +1,9 @@
 //! The end of a run: the world has ended, the agents go, and what they left is read.
 
-use crate::coordinator::Ending;
+use super::{Supervisor, Watch};
+use crate::coordinator::{Ending, SIGBUS};
 use crate::error::{Error, Kind};
-use crate::processes::Measured;
-use crate::supervisor::{Supervisor, Watch, Who, now};
+use crate::processes::{Measured, Who, now};
 use bus::{Address, clean};
 use model::{Outcome, Scenario, Seat};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -13,8 +13,6 @@ use std::time::Duration;
 const FAREWELL_BEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
 /// How long the agents have to end by themselves once the run is over.
 const FAREWELL: Duration = Duration::from_millis(1500);
-/// SIGBUS: what writing into a full tmpfs does.
-pub(crate) const SIGBUS: i32 = 7;
 
 /// What a run came to.
 pub struct Finished {
@@ -44,7 +42,7 @@ pub struct Finished {
 
 impl Supervisor {
     /// The world has ended: take stock, let the agents go, read what they left.
-    pub(crate) fn finish(&mut self, watch: &mut dyn Watch) -> Result<Finished, Error> {
+    pub(super) fn finish(&mut self, watch: &mut dyn Watch) -> Result<Finished, Error> {
         if self.killed {
             return Err(Error::new(Kind::Interrupted, "interrupted"));
         }
@@ -95,7 +93,7 @@ impl Supervisor {
     }
 
     /// Ends every process that is left, and says which do not die.
-    pub(crate) fn kill_all(&mut self, watch: &mut dyn Watch) {
+    pub(super) fn kill_all(&mut self, watch: &mut dyn Watch) {
         for pid in self.children.kill_all() {
             watch.say(&format!("process {pid} was killed but does not exit: it is traced, or blocked in the kernel"));
         }
@@ -153,7 +151,7 @@ impl Finished {
 }
 
 /// Why a process that died of SIGBUS may have died, if it is that.
-pub(crate) fn full_memory(ending: Ending) -> Option<String> {
+pub(super) fn full_memory(ending: Ending) -> Option<String> {
     (ending.signal == Some(SIGBUS) && bus::sizes::nearly_full()).then(|| {
         "/dev/shm is full, and writing to it then ends in SIGBUS: make room (`df -h /dev/shm`, `shoal clean`), or mount \
          it larger"
