@@ -49,3 +49,18 @@ pub fn turn_towards(error_rad: f64, heading_gain: f64, limits: &Limits) -> f64 {
     let stoppable = (limits.turn_accel_radps2_max * error_rad.abs()).sqrt();
     turn.clamp(-stoppable, stoppable)
 }
+
+/// Greatest speed from which a body stops within half of this distance, m/s; infinite for one that stops at once.
+pub fn stoppable_speed(distance_m: f64, limits: &Limits) -> f64 {
+    if limits.accel_mps2_max.is_infinite() { f64::INFINITY } else { (limits.accel_mps2_max * distance_m).sqrt() }
+}
+
+/// Greatest speed at which a unicycle has turned towards its goal before it could have passed it, m/s: half of the angle it
+/// turns faster and faster, half of it slower and slower. Infinite for one whose turn rate follows at once.
+pub fn turning_speed(to_goal: Vector2<f64>, yaw_rad: f64, limits: &Limits) -> f64 {
+    if limits.turn_accel_radps2_max.is_infinite() {
+        return f64::INFINITY;
+    }
+    let error = wrap(to_goal.y.atan2(to_goal.x) - yaw_rad).abs().max(f64::MIN_POSITIVE);
+    to_goal.norm() / (2.0 * (error / limits.turn_accel_radps2_max).sqrt())
+}

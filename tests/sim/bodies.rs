@@ -1,9 +1,10 @@
 //! Every method gets out of a body what the body can: its speed, its slow turns, its reverse gear.
 
-use model::{BodyKind, Scenario};
+use model::random::Stream;
+use model::{BodyKind, PlanState, Scenario};
 use planners::{METHODS, Method};
 use scenarios::{Overrides, parse};
-use shoal_tests::Recording;
+use shoal_tests::{Recording, seeds};
 
 /// Two robots swap past a pillar, far from the origin.
 const SWAP: &str = r#"
@@ -110,12 +111,9 @@ fn a_parameter_that_holds_a_method_back_is_warned_of() {
 fn unicycles_that_turn_slowly_arrive_with_every_method() {
     for method in drive(BodyKind::Unicycle) {
         makespan(&with(TIGHT, method, &[]));
-        // Lazy bodies take longer, and arrive. `dapf` stops at the edge of the tolerance, which braking carries it over by
-        // millimetres: it comes and goes.
-        if method.name != "dapf" {
-            let set = ["defaults.accel_mps2_max=0.5".to_owned(), "defaults.turn_accel_radps2_max=0.1".to_owned()];
-            makespan(&with(TIGHT, method, &set));
-        }
+        // Lazy bodies take longer, and arrive.
+        let set = ["defaults.accel_mps2_max=0.5".to_owned(), "defaults.turn_accel_radps2_max=0.1".to_owned()];
+        makespan(&with(TIGHT, method, &set));
     }
 }
 
@@ -207,14 +205,57 @@ fn robots_go_round() {
 #[test]
 fn a_method_that_finds_no_way_says_so() {
     // The goal stands in a ring of walls.
-    let text = "[clock]\nduration_s = 30\n[defaults]\nplanner = \"liquid\"\nknows_map = true\n[[robot]]\nid = \"a\"\n\
-                start_m = [-4, 0]\ngoal_m = [4, 0]\n[[obstacle]]\nshape = \"polygon\"\n\
-                corners_m = [[2, -2], [6, -2], [6, -1.6], [2.4, -1.6], [2.4, 1.6], [6, 1.6], [6, 2], [2, 2]]\n\
-                [[obstacle]]\nshape = \"segment\"\nfrom_m = [5.6, -2]\nto_m = [5.6, 2]\n";
-    let scenario = parse("ring", text, &Overrides::default()).unwrap();
-    let outcome = single::run(&scenario, &mut |_, _| std::ops::ControlFlow::Continue(())).unwrap();
-    let robot = &outcome.robots[0];
-    assert!(!robot.arrived);
-    assert_eq!(robot.plan, model::PlanState::GaveUp, "{robot:?}");
-    assert!(outcome.events.iter().any(|event| event.kind == "gave-up" && event.slot == Some(0)));
+    let scene = |planner: &str, params: &str, duration_s: u32| {
+        let text = format!(
+            "[clock]\nduration_s = {duration_s}\n[defaults]\nplanner = \"{planner}\"\nknows_map = true\n{params}\n\
+             [[robot]]\nid = \"a\"\nstart_m = [-4, 0]\ngoal_m = [4, 0]\n[[obstacle]]\nshape = \"polygon\"\n\
+             corners_m = [[2, -2], [6, -2], [6, -1.6], [2.4, -1.6], [2.4, 1.6], [6, 1.6], [6, 2], [2, 2]]\n\
+             [[obstacle]]\nshape = \"segment\"\nfrom_m = [5.6, -2]\nto_m = [5.6, 2]\n"
+        );
+        Recording::of(&parse("ring", &text, &Overrides::default()).unwrap_or_else(|problems| panic!("{problems}")))
+    };
+    for (planner, params) in [("liquid", ""), ("liquid-online", "params = { virtual_max = 5 }")] {
+        let recording = scene(planner, params, 30);
+        let robot = &recording.outcome.robots[0];
+        assert!(!robot.arrived && robot.plan == PlanState::GaveUp, "{planner}: {robot:?}");
+        let events: Vec<_> = recording.events(0, "gave-up").collect();
+        assert!(events.len() == 1 && events[0].tick > 0, "{planner}: {events:?}");
+        // It knew a way, or was looking for one, until then.
+        let before_s = (events[0].tick / 50).max(1);
+        let earlier = scene(planner, params, before_s as u32);
+        assert_eq!(earlier.events(0, "gave-up").count(), 0, "{planner}");
+        let rows = [&recording, &earlier].map(|recording| recording.report().per_robot.remove(0));
+        let words = rows.each_ref().map(|row| row.planner_state);
+        let until_then = if planner == "liquid" { PlanState::Planning } else { PlanState::Ready };
+        assert_eq!(words, [PlanState::GaveUp, until_then], "{planner}");
+        assert!(rows[0].state == "gave-up" && !rows[1].deadlocked, "{planner}: {rows:?}");
+    }
+}
+
+/// Random lazy bodies: they come to rest at their goals, and none is off again once it is there.
+#[test]
+fn lazy_bodies_stay_at_their_goals() {
+    for name in ["dapf", "amr-apf"] {
+        seeds(0..60, |seed| {
+            let mut stream = Stream::new(seed, 0, 0, "test-lazy");
+            let mut between = |low: f64, high: f64| stream.between(low, high);
+            let kind = if seed % 4 == 0 { "point" } else { "unicycle" };
+            let text = format!(
+                "[clock]\nduration_s = 200\nstop = \"duration\"\n[defaults]\nkind = \"{kind}\"\nspeed_mps_max = {}\n\
+                 accel_mps2_max = {}\nturn_radps_max = {}\nturn_accel_radps2_max = {}\n\
+                 [[robot]]\nid = \"a\"\nstart_m = [{}, {}]\nstart_yaw_rad = {}\ngoal_m = [0, 0]\n",
+                between(0.5, 1.5),
+                between(0.3, 3.0),
+                between(0.1, 2.0),
+                between(0.2, 3.0),
+                between(-4.0, 4.0),
+                between(-4.0, 4.0),
+                between(-3.1, 3.1)
+            );
+            let scenario = with(&text, planners::find(name).expect("it exists"), &[]);
+            let recording = Recording::of(&scenario);
+            assert!(recording.outcome.robots[0].arrived, "{name}: {text}{:?}", recording.outcome.robots[0]);
+            assert_eq!(recording.events(0, "off-goal").count(), 0, "{name}: {text}");
+        });
+    }
 }
