@@ -84,6 +84,11 @@ impl Known {
             return news;
         }
         let mut news = false;
+        let is_known = |piece: &Obstacle| self.obstacles[from..from + known].iter().any(|known| same(known, piece));
+        if pieces.iter().any(|piece| piece.velocity != Vector2::zeros()) && !pieces.iter().all(is_known) {
+            // Slow as it is, it has moved: what was known of it is no longer there, and would pile up.
+            self.obstacles.drain(from..from + known);
+        }
         for piece in pieces {
             let known = self.obstacles[from..].partition_point(|known| known.id == id);
             if !self.obstacles[from..from + known].iter().any(|known| same(known, piece)) {

@@ -122,6 +122,58 @@ fn a_tick_thinks_no_more_than_its_slice_and_stands_still() {
     panic!("never found a way out of the cup");
 }
 
+/// A field of discs, 1 m apart, of which the robot at the origin touches none.
+fn orchard(count: u32) -> Vec<Obstacle> {
+    (0..count).map(|id| disc(id, [f64::from(id % 32) - 15.5, f64::from(id / 32) - 15.5], 0.1)).collect()
+}
+
+#[test]
+fn a_tick_among_many_pieces_does_a_bounded_number_of_looks() {
+    /// What one tick may look at: 17 places a round, each at every piece.
+    const LOOKS: usize = 40_000;
+    for count in [1, 47, 48, 200, 816, 1024, 4096] {
+        let mut scene = Scene::new([0.0, 0.0], [40.0, 30.0]);
+        scene.obstacles = orchard(count);
+        let mut liquid = Liquid::new(offline::Params::default(), NOBODY);
+        let mut online = LiquidOnline::new(online::Params::default(), NOBODY);
+        let (mut rounds, mut rounds_online, mut most) = (0, 0, 0);
+        for tick in 0..40 {
+            liquid.plan(&scene.input(tick, DT_S));
+            let spent =
+                liquid.search().rounds_of_all() - std::mem::replace(&mut rounds, liquid.search().rounds_of_all());
+            assert!(spent <= 1 || spent * 17 * count as usize <= LOOKS, "{spent} rounds among {count} pieces");
+            most = most.max(spent);
+            online.plan(&scene.input(tick, DT_S));
+            let spent = online.rounds() - std::mem::replace(&mut rounds_online, online.rounds());
+            assert!(spent <= 1, "{spent} rounds among {count} pieces");
+        }
+        assert_eq!(most, (LOOKS / (17 * count as usize)).clamp(1, 50), "it thinks as much as it may: {count} pieces");
+    }
+}
+
+#[test]
+fn what_is_known_of_the_world_does_not_pile_up() {
+    let mut known = Known::default();
+    let mut scene = Scene::new([0.0, 0.0], [3.0, 0.0]);
+    let corners = [[1.0, -1.0], [2.0, -1.0], [1.5, -2.0]];
+    // A triangle and a disc that creep, slower than what counts as moving, and a robot that parks now here, now there.
+    for step in 0..500 {
+        let moved = Vector2::new(0.06 * f64::from(step), 0.0);
+        let velocity = Vector2::new(0.009, 0.0);
+        let edge = |i: usize| {
+            let Obstacle { id, shape, .. } = wall(7, corners[i], corners[(i + 1) % 3]);
+            Obstacle { id, shape: Capsule { a: shape.a + moved, b: shape.b + moved, ..shape }, velocity }
+        };
+        scene.obstacles = vec![Obstacle { velocity, ..disc(2, [moved.x, 3.0], 0.3) }, edge(0), edge(1), edge(2)];
+        scene.neighbors = vec![robot(1, [moved.x, 9.0])];
+        scene.neighbors[0].arrived = true;
+        assert!(known.notice(&scene.input(0, DT_S), true, 0.05), "step {step}");
+        let ids: Vec<u32> = known.obstacles().iter().map(|known| known.id).collect();
+        assert_eq!(ids, [2, 7, 7, 7, u32::MAX - 1], "step {step}");
+        assert!(known.obstacles()[1..4].iter().all(|edge| edge.shape.a.x >= moved.x + 1.0), "step {step}");
+    }
+}
+
 #[test]
 fn slices_do_not_change_what_is_found() {
     let law = law();
