@@ -111,6 +111,10 @@ fn clock(node: &Node, report: &mut Report) -> Clock {
     Clock { mode, tick_hz, seed: node.int("seed").unwrap_or_default() as u64, ticks_max, stop }
 }
 
+/// Least `fleet.command_timeout_s` in ticks. A command that is on time can be as old as two ticks when the world takes it: up
+/// to one until its agent reads the odometry, up to one until the world reads the command. The third is for late wake-ups.
+const COMMAND_TIMEOUT_TICKS_MIN: f64 = 3.0;
+
 fn fleet(node: &Node, clock: &Clock, crew: &Crew, report: &mut Report) -> Fleet {
     let count = crew.robots.len();
     let max_robots = match node.int("max_robots") {
@@ -124,9 +128,11 @@ fn fleet(node: &Node, clock: &Clock, crew: &Crew, report: &mut Report) -> Fleet 
     }
     let command_timeout_s = match node.float("command_timeout_s") {
         Some(timeout_s) => {
-            if timeout_s < 2.0 * clock.dt_s() {
-                let message = format!("must be at least two ticks, {} s, is {timeout_s}", 2.0 * clock.dt_s());
-                report.add(node.at("command_timeout_s"), &node.key("command_timeout_s"), message);
+            let least_s = COMMAND_TIMEOUT_TICKS_MIN / clock.tick_hz;
+            if timeout_s < least_s {
+                let message = format!("must be at least three ticks, {least_s} s, is {timeout_s}");
+                let hint = "in two ticks a command on time may already be as old: the odometry waits for the agent, the command for the world";
+                report.add_hint(node.at("command_timeout_s"), &node.key("command_timeout_s"), message, hint);
             }
             timeout_s
         }

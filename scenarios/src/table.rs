@@ -107,7 +107,7 @@ static FLEET: Section = Section {
             "command_timeout_s",
             Float(POSITIVE),
             "0.25, at least 5 ticks",
-            "`realtime`: a robot is stopped when the odometry behind its newest command is older; at least two ticks.",
+            "`realtime`: a robot is stopped when the odometry behind its newest command is older; at least three ticks.",
         ),
         preset(
             "start_limit_s",

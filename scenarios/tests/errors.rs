@@ -125,6 +125,7 @@ fn values() {
         ("[clock]", "[fleet]\nmax_robots = 2000\n[clock]"),
         ("[clock]", "[fleet]\nmax_robots = 1\n[clock]"),
         ("[clock]", "[fleet]\ncommand_timeout_s = 0.001\n[clock]"),
+        ("[clock]", "[fleet]\ncommand_timeout_s = 0.059\n[clock]"),
         ("[clock]", "[expect]\narrived = 3\n[clock]"),
         ("[clock]", "[expect]\narrived = \"most\"\n[clock]"),
         ("id = \"a\"", "id = \"Robot 1\""),
