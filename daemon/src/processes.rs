@@ -17,7 +17,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 /// How long killed processes may take to go. One that hangs in the kernel, or that somebody traces, may take for ever.
-pub(crate) const DYING: Duration = Duration::from_secs(2);
+pub const DYING: Duration = Duration::from_secs(2);
 
 /// What a process used.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,9 +3,10 @@
 use crate::exit::Failure;
 use bus::bare::Barrier;
 use bus::{Address, Lease, clean, clock};
-use daemon::processes::shoal;
+use daemon::processes::{DYING, shoal};
 use daemon::signals::Interrupted;
-use std::io;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::io::{self, Read};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -24,6 +25,32 @@ impl Processes {
         }
         Ok(all)
     }
+
+    /// What each of them prints until it closes its output, which it has to do by this time.
+    fn output(mut self, until_ns: u64) -> Result<Vec<Vec<u8>>, Failure> {
+        self.0.iter_mut().map(|child| output(child, until_ns)).collect()
+    }
+}
+
+fn output(child: &mut Child, until_ns: u64) -> Result<Vec<u8>, Failure> {
+    let (mut words, mut chunk) = (Vec::new(), [0; 4096]);
+    let Some(mut stdout) = child.stdout.take() else { return Ok(words) };
+    loop {
+        let left_ns = until_ns.saturating_sub(clock::now_ns());
+        let left = Timespec { tv_sec: (left_ns / 1_000_000_000) as i64, tv_nsec: (left_ns % 1_000_000_000) as i64 };
+        if poll(&mut [PollFd::new(&stdout, PollFlags::IN)], Some(&left)) == Ok(0) {
+            let message = format!("bare processes: process {} does not end", child.id());
+            return Err(
+                Failure::environment(message).hint("is it stopped, or the machine overloaded? try fewer robots")
+            );
+        }
+        match stdout.read(&mut chunk) {
+            Ok(0) => return Ok(words),
+            Ok(more) => words.extend_from_slice(&chunk[..more]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(Failure::environment(format!("bare processes: cannot read: {error}"))),
+        }
+    }
 }
 
 impl Drop for Processes {
@@ -31,8 +58,12 @@ impl Drop for Processes {
         for child in &mut self.0 {
             let _ = child.kill();
         }
+        // One that the kernel does not let go is left to it.
+        let until_ns = clock::now_ns() + DYING.as_nanos() as u64;
         for child in &mut self.0 {
-            let _ = child.wait();
+            while matches!(child.try_wait(), Ok(None)) && clock::now_ns() < until_ns {
+                clock::sleep_until_ns(clock::now_ns() + 1_000_000);
+            }
         }
     }
 }
@@ -119,16 +150,16 @@ pub(super) fn timers(count: usize, period_ns: u64, seconds: f64) -> Result<Vec<f
     let periods = (seconds * 1e9 / period_ns as f64).ceil() as usize;
     // Until then they have all started: spawning is not what is measured.
     let start_ns = clock::now_ns() + 5_000_000 * (count as u64 + 20);
-    let mut processes = Processes::start(count, |index| {
+    let processes = Processes::start(count, |index| {
         let first_ns = start_ns + period_ns * (index as u64 + 1) / (count as u64 + 1);
         let [first, period, periods] = [first_ns, period_ns, periods as u64].map(|number| number.to_string());
         let mut command = bare(&["timer", "--first-ns", &first, "--period-ns", &period, "--periods", &periods]);
         command.stdout(Stdio::piped());
         command
     })?;
+    let last_ns = start_ns + period_ns * (periods as u64 + 1);
     let mut late_us = Vec::with_capacity(count * periods);
-    for child in std::mem::take(&mut processes.0) {
-        let words = child.wait_with_output().map_err(failed)?.stdout;
+    for words in processes.output(last_ns + PATIENCE.as_nanos() as u64)? {
         let (late_ns, _) = words.as_chunks::<4>();
         late_us.extend(late_ns.iter().map(|ns| f64::from(u32::from_ne_bytes(*ns)) * 1e-3));
     }
@@ -145,5 +176,31 @@ pub(super) fn rest(time: Duration, interrupted: &Interrupted) {
     let until_ns = clock::now_ns() + time.as_nanos() as u64;
     while !interrupted.yes() && clock::now_ns() < until_ns {
         clock::sleep_until_ns(until_ns.min(clock::now_ns() + 50_000_000));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn script(text: &str) -> Command {
+        let mut command = Command::new("sh");
+        command.args(["-c", text]).stdout(Stdio::piped());
+        command
+    }
+
+    #[test]
+    fn bare_processes_that_do_not_end_are_an_error() {
+        // More than a pipe holds, from both.
+        let long = |_| script("head -c 200000 /dev/zero");
+        let words = Processes::start(2, long).unwrap().output(clock::now_ns() + 60_000_000_000).unwrap();
+        assert_eq!(words.iter().map(Vec::len).collect::<Vec<_>>(), [200_000; 2]);
+
+        // The second one prints, and then sleeps.
+        let processes = Processes::start(2, |index| script(["exit", "echo late; exec sleep 30"][index])).unwrap();
+        let late = processes.0[1].id();
+        let failure = processes.output(clock::now_ns() + 200_000_000).unwrap_err().to_string();
+        assert!(failure.contains(&format!("bare processes: process {late} does not end")), "{failure}");
+        assert!(bus::process::state_of(late).is_none(), "it was killed and reaped");
     }
 }
