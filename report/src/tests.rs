@@ -470,6 +470,21 @@ fn starvation() {
     check(Mode::Single, None, Some(0.9), false);
 }
 
+/// Statistics are files that a process of the same user may remove, and an own agent may write none: what nobody measured
+/// says nothing against the run.
+#[test]
+fn a_realtime_run_without_statistics_keeps_its_verdict() {
+    for latency in [None, Some(LatencyFacts::default())] {
+        let report = assemble(RunFacts { latency, processes: Vec::new(), ..realtime(3) });
+        assert_eq!((report.verdict, report.exit_code), (Verdict::Valid, 0), "{report:#?}");
+        assert!(report.starved_because.is_empty() && report.impaired_because.is_empty(), "{report:#?}");
+    }
+    // What is known still counts.
+    let mut facts = RunFacts { latency: None, ..realtime(3) };
+    facts.processes[2].run_queue_wait_s = Some(0.5 * facts.wall_time_s);
+    assert_eq!(assemble(facts).verdict, Verdict::Starved);
+}
+
 #[test]
 fn shares_just_over_a_bound_do_not_read_like_the_bound() {
     let latency = LatencyReport { periods: Some(100_000), deadline_misses: Some(101), ..LatencyReport::default() };

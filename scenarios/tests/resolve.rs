@@ -323,3 +323,23 @@ fn a_new_robot_is_checked_like_any_other() {
     });
     insta::assert_snapshot!(errors.join("\n"));
 }
+
+/// Reports and tables name these beside the robots.
+#[test]
+fn the_names_of_shoals_own_processes_are_reserved() {
+    let of_file = |id: &str| {
+        parse("test.toml", &alone("").replace("id = \"a\"", &format!("id = \"{id}\"")), &Overrides::default())
+    };
+    let added = |id: &str| add_robot(&scenario(&alone("")), &NewRobot { id: Some(id.to_owned()), ..request() });
+    for id in ["world", "daemon", "guardian", "operator"] {
+        let expected = format!("`{id}` is the name of a process of shoal itself; a robot needs another one");
+        for problems in [of_file(id).unwrap_err(), added(id).unwrap_err()] {
+            let said: Vec<String> = problems.shown.iter().map(ToString::to_string).collect();
+            assert!(said.len() == 1 && said[0].contains("id: ") && said[0].ends_with(&expected), "{said:?}");
+        }
+    }
+    for id in ["worlds", "world-1", "daemon2", "guardian_", "operators", "agent", "shoal", "r00"] {
+        assert_eq!(of_file(id).unwrap().robots[0].id, id);
+        assert_eq!(added(id).unwrap().id, id);
+    }
+}

@@ -4,8 +4,10 @@ use crate::support::{PrivateShm, Run, assert_clean, lanes, run, shoal, signal, s
 use bus::{Node, OrderSender};
 use model::Seat;
 use protocol::daemon_to_world::{Absence, Order};
+use protocol::record::Record;
 use rustix::process::Signal;
-use serde_json::Value;
+use serde_json::{Value, json};
+use tempfile::TempDir;
 
 #[test]
 fn operators_see_a_fleet_add_to_it_and_send_it_on() {
@@ -64,6 +66,48 @@ fn operators_see_a_fleet_add_to_it_and_send_it_on() {
     assert!(ended.arrived("c") && ended.robot("c")["pid"] == pid, "{ended}");
     ended.event("joined", "c");
     ended.event("task", "a");
+    assert_clean(&root);
+}
+
+/// From the command line by way of the daemon, the world and the agent to the body.
+#[test]
+fn a_heading_that_is_sent_with_a_goal_is_the_heading_there() {
+    let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(1, 1.0));
+    let directory = TempDir::with_prefix("shoal-e2e-").unwrap();
+    let record = directory.path().join("headings.rec");
+    let run = Run::scenario(&scenario).mode("realtime").set("world.y_m=[-4, 8]").set("fleet.command_timeout_s=30");
+    let mut fleet = run.set("defaults.kind=\"unicycle\"").arg("--record").arg(&record).start();
+    let (root, id) = (fleet.root(), fleet.id());
+    fleet.wait_tick(1);
+    let json = |args: &[&str]| shoal(&[args, &["--fleet", &id, "--format", "json"]].concat()).expect(0).report;
+
+    json(&["add", "--id", "new", "--start", "0,-2", "--yaw", "1", "--goal", "1,-2,-2.5"]);
+    let task = json(&["task", "send", "a", "0,0,2"]);
+    assert_eq!((&task["goal_m"], &task["goal_yaw_rad"]), (&json!([0.0, 0.0]), &json!(2.0)), "{task:#}");
+    for (robot, goals) in [("a", 2), ("new", 1)] {
+        wait_for("the robot to be at its goal", || {
+            let ps = json(&["ps"]);
+            let robots = ps["fleets"][0]["robots"].as_array().unwrap();
+            let at_goal = |row: &Value| row["id"] == robot && row["goals_done"] == goals && row["arrived"] == true;
+            robots.iter().any(at_goal).then_some(())
+        });
+    }
+    signal(fleet.daemon(), Signal::INT);
+    let ended = fleet.wait().expect(130);
+    assert!(ended.arrived("a") && ended.arrived("new"), "{ended}");
+    assert_eq!(ended.event("task", "a")["detail"], "task 1: (0, 0, 2 rad), queued", "{ended}");
+
+    let record = Record::read(std::fs::read(&record).unwrap()).unwrap();
+    let (mut frames, mut first, mut last) = (record.frames(), Vec::new(), Vec::new());
+    while let Some((_, bodies)) = frames.next() {
+        first.extend(bodies.iter().find(|body| first.is_empty() && body.index == 1).copied());
+        last = bodies.to_vec();
+    }
+    // Within what a heading may be off, 0.1 rad.
+    assert!((first[0].yaw_rad - 1.0).abs() < 0.1, "{first:?}");
+    for (index, yaw_rad) in [(0, 2.0), (1, -2.5)] {
+        assert!((last[index].yaw_rad - yaw_rad).abs() <= 0.1, "{last:?}");
+    }
     assert_clean(&root);
 }
 

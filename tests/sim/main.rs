@@ -2,11 +2,13 @@
 
 mod bodies;
 mod catalog;
+mod crowds;
 mod determinism;
 mod invariants;
 mod operators;
 mod radio;
 mod random;
+mod solids;
 mod table;
 mod timeline;
 mod truth;

@@ -330,9 +330,13 @@ impl World {
     ) -> Result<(), &'static str> {
         let left = self.referees.get(slot).and_then(Option::as_ref).map_or(0, Referee::goals_left);
         let result = self.try_task(slot, (goal, yaw_rad), now, source);
+        let place = match yaw_rad {
+            Some(yaw_rad) => format!("({}, {}, {yaw_rad} rad)", goal.x, goal.y),
+            None => format!("({}, {})", goal.x, goal.y),
+        };
         let (kind, detail) = match result {
-            Ok(()) if now && left > 1 => ("task", format!("({}, {}), now, {left} goals are given up", goal.x, goal.y)),
-            Ok(()) => ("task", format!("({}, {}), {}", goal.x, goal.y, if now { "now" } else { "queued" })),
+            Ok(()) if now && left > 1 => ("task", format!("{place}, now, {left} goals are given up")),
+            Ok(()) => ("task", format!("{place}, {}", if now { "now" } else { "queued" })),
             Err(problem) => ("ignored", problem.to_owned()),
         };
         self.journal.note(self.tick, kind, slot as u32, format!("{source}: {detail}"));

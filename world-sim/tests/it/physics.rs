@@ -68,6 +68,45 @@ fn contacts_say_where_and_when_the_surfaces_met() {
     }
 }
 
+/// Ten thousand kilometres from the origin numbers are 1.9 nm apart: contacts and distances are as exact as that allows.
+#[test]
+fn far_from_the_origin_nothing_is_lost_but_nanometres() {
+    const FAR: [f64; 2] = [1e7, -1e7];
+    const NM: f64 = 1e-9;
+    let place = |[x, y]: [f64; 2]| [FAR[0] + x, FAR[1] + y];
+    // Two lanes that are `apart`: surfaces pass at apart - 0.5 m. And a wall beside the first one's way.
+    let pass = |apart: f64| {
+        let mut scenario = scenario(vec![
+            robot(0, place([-2.0, 0.0]), place([2.0, 0.0])),
+            robot(1, place([2.0, apart]), place([-2.0, apart])),
+        ]);
+        scenario.bounds = Bounds { x_m: [9e6, 11e6], y_m: [-11e6, -9e6] };
+        scenario.obstacles = vec![wall(place([1.0, -5.0]), place([1.0, -0.25 - (apart - 0.5)]), 0.0)];
+        Driver::new(&scenario).run()
+    };
+    for clearance_m in [0.3, 1e-3, 1e-7, -1e-7, -1e-3, -0.1] {
+        let outcome = pass(0.5 + clearance_m);
+        assert!(outcome.robots.iter().all(|robot| robot.arrived), "{clearance_m}: {outcome:?}");
+        let contacts = u64::from(clearance_m < 0.0);
+        assert_eq!((outcome.robot_contacts, outcome.obstacle_contacts), (contacts, contacts), "{clearance_m}");
+        for found_m in [outcome.min_clearance_m, outcome.min_obstacle_clearance_m] {
+            assert!((found_m.unwrap() - clearance_m).abs() < 10.0 * NM, "{clearance_m}: {found_m:?}");
+        }
+    }
+    // Where and when: centres meet the other's lane half way, the surfaces before that, the wall's end later.
+    let outcome = pass(0.4);
+    let touches: Vec<_> = outcome.events.iter().filter_map(|event| event.touch).collect();
+    let [robots, end] = &touches[..] else { panic!("{touches:?}") };
+    let ahead_m = (0.25_f64 - 0.16).sqrt() / 2.0;
+    assert!((robots.t_s - (2.0 - ahead_m)).abs() < 100.0 * NM, "{robots:?}");
+    let wall_ahead_m = (0.25_f64.powi(2) - 0.15 * 0.15).sqrt();
+    assert!((end.t_s - (3.0 - wall_ahead_m)).abs() < 100.0 * NM, "{end:?}");
+    for (touch, expected) in [(robots, [0.0, 0.2]), (end, [1.0, -0.15])] {
+        let off = Point2::from(touch.at_m) - Point2::from(place(expected));
+        assert!(off.norm() < 100.0 * NM, "{touch:?}: {off}");
+    }
+}
+
 #[test]
 fn an_overlap_at_the_start_counts_once() {
     let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [0.0, 0.0]), robot(1, [0.3, 0.0], [0.3, 0.0])]);
