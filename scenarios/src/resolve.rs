@@ -131,7 +131,8 @@ fn fleet(node: &Node, clock: &Clock, crew: &Crew, report: &mut Report) -> Fleet 
             let least_s = COMMAND_TIMEOUT_TICKS_MIN / clock.tick_hz;
             if timeout_s < least_s {
                 let message = format!("must be at least three ticks, {least_s} s, is {timeout_s}");
-                let hint = "in two ticks a command on time may already be as old: the odometry waits for the agent, the command for the world";
+                let hint =
+                    format!("make it {least_s} or more, or leave it out: a command on time can be two ticks old");
                 report.add_hint(node.at("command_timeout_s"), &node.key("command_timeout_s"), message, hint);
             }
             timeout_s

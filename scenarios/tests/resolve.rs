@@ -343,3 +343,18 @@ fn the_names_of_shoals_own_processes_are_reserved() {
         assert_eq!(added(id).unwrap().id, id);
     }
 }
+
+#[test]
+fn a_command_lives_for_three_ticks_at_least_whatever_the_rate() {
+    for (tick_hz, least, less) in
+        [(10, "0.3", "0.299"), (30, "0.1", "0.0999"), (50, "0.06", "0.0599"), (1000, "0.003", "0.002")]
+    {
+        let text = |timeout: &str| {
+            format!("[clock]\ntick_hz = {tick_hz}\n[fleet]\ncommand_timeout_s = {timeout}\n{}", alone(""))
+        };
+        assert_eq!(scenario(&text(least)).fleet.command_timeout_s, least.parse::<f64>().unwrap());
+        let problems = parse("test.toml", &text(less), &Overrides::default()).unwrap_err().to_string();
+        assert!(problems.contains(&format!("must be at least three ticks, {least} s, is {less}")), "{problems}");
+        assert!(problems.contains("hint: "), "{problems}");
+    }
+}

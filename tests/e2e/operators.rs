@@ -95,7 +95,8 @@ fn a_heading_that_is_sent_with_a_goal_is_the_heading_there() {
     signal(fleet.daemon(), Signal::INT);
     let ended = fleet.wait().expect(130);
     assert!(ended.arrived("a") && ended.arrived("new"), "{ended}");
-    assert_eq!(ended.event("task", "a")["detail"], "task 1: (0, 0, 2 rad), queued", "{ended}");
+    let said = format!("task {}: (0, 0, 2 rad), queued", task["task"]);
+    assert_eq!(ended.event("task", "a")["detail"], said, "{ended}");
 
     let record = Record::read(std::fs::read(&record).unwrap()).unwrap();
     let (mut frames, mut first, mut last) = (record.frames(), Vec::new(), Vec::new());
