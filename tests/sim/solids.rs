@@ -1,14 +1,15 @@
 //! Lazy bodies that cannot stop before a polygon: its inside is solid, so who gets in is driven out, and does not wander
 //! about in there.
 
+use model::BodyKind;
 use nalgebra::Point2;
-use planners::{Kind, METHODS};
+use planners::METHODS;
 use scenarios::{Overrides, parse};
 use shoal_tests::Recording;
 use shoal_tests::recording::at;
 
 /// A square between a robot and its goal.
-fn scene(kind: Kind, accel_mps2: f64, start_y_m: f64, planner: &str) -> Recording {
+fn scene(kind: BodyKind, accel_mps2: f64, start_y_m: f64, planner: &str) -> Recording {
     let text = format!(
         "[clock]\nduration_s = 60\n[defaults]\nkind = \"{}\"\naccel_mps2_max = {accel_mps2}\n\
          turn_accel_radps2_max = 4\nsensor_range_m = 3\n\
@@ -37,7 +38,7 @@ fn inside(recording: &Recording) -> (f64, f64, bool) {
 #[test]
 fn bodies_that_brake_slowly_do_not_stay_in_a_polygon() {
     let mut wrong = Vec::new();
-    for kind in [Kind::Point, Kind::Unicycle] {
+    for kind in [BodyKind::Point, BodyKind::Unicycle] {
         for method in METHODS.iter().filter(|method| method.kinds.contains(&kind) && method.name != "straight") {
             for accel_mps2 in [1.0, 0.5] {
                 for start_y_m in [0.05, 0.7] {
