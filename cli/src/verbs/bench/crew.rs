@@ -183,6 +183,7 @@ pub(super) fn rest(time: Duration, interrupted: &Interrupted) {
 mod tests {
     use super::*;
 
+    #[expect(clippy::disallowed_methods, reason = "processes that do not do what bare ones do")]
     fn script(text: &str) -> Command {
         let mut command = Command::new("sh");
         command.args(["-c", text]).stdout(Stdio::piped());
