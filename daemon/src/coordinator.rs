@@ -130,8 +130,9 @@ pub struct Member {
     halted: bool,
     /// When the present process was started.
     started_at: Duration,
-    /// Since when its process is to end because its robot has left, once the clock has been looked at.
-    leaving_since: Option<Duration>,
+    /// Since when its process is to end, because its robot has left or its next life waits for that, once the clock has
+    /// been looked at.
+    ending_since: Option<Duration>,
 }
 
 /// The pure state machine of a fleet.
@@ -254,6 +255,7 @@ impl Coordinator {
             member.pid = Some(pid);
             member.halted = false;
             member.started_at = now;
+            member.ending_since = None;
         });
     }
 
@@ -341,7 +343,7 @@ impl Coordinator {
         self.looked_at = Some(now);
         for member in &mut self.members {
             member.started_at += away;
-            member.leaving_since = member.leaving_since.map(|since| since + away);
+            member.ending_since = member.ending_since.map(|since| since + away);
         }
         self.waiting.iter_mut().filter_map(|waiting| waiting.since.as_mut()).for_each(|since| *since += away);
         self.answer_late(now);
@@ -362,20 +364,26 @@ impl Coordinator {
             self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::NotStarted { why } }));
             self.signal(seat, Signal::Kill, Some(State::Dead));
         }
-        self.end_left(now, limit);
+        self.await_ends(now, limit);
     }
 
-    /// The process of a robot that has left ends by itself, unless it hangs, or is stopped.
-    fn end_left(&mut self, now: Duration, limit: Duration) {
-        let mut late = Vec::new();
-        for member in self.members.iter_mut().filter(|member| member.state == State::Left && member.pid.is_some()) {
-            let since = *member.leaving_since.get_or_insert(now);
-            if now.saturating_sub(since) > limit {
-                member.leaving_since = Some(now);
-                late.push(member.seat);
+    /// The process of a robot that has left ends by itself, unless it hangs, or is stopped. One that was killed to make room
+    /// for the next life ends, unless it is blocked in the kernel: then that life is given up.
+    fn await_ends(&mut self, now: Duration, limit: Duration) {
+        let is_to_end = |member: &&mut Member| member.state == State::Left || member.next.is_some();
+        for member in self.members.iter_mut().filter(|member| member.pid.is_some()).filter(is_to_end) {
+            if now.saturating_sub(*member.ending_since.get_or_insert(now)) <= limit {
+                continue;
             }
+            member.ending_since = None;
+            self.actions.push(match member.next.take() {
+                None => Action::Signal(member.seat, Signal::Kill),
+                Some(seat) => {
+                    let why = "the process of its life before was killed but does not exit".to_owned();
+                    Action::Order(Order::Absent { seat, cause: Absence::NotStarted { why } })
+                }
+            });
         }
-        late.into_iter().for_each(|seat| self.signal(seat, Signal::Kill, None));
     }
 
     /// Somebody wants the run to end: the first time in good order, the second time at once.
@@ -412,11 +420,7 @@ impl Coordinator {
                 let old = member.seat;
                 self.signal(old, Signal::Kill, None);
             }
-            Some(member) => {
-                let old = member.seat;
-                self.withdraw(old);
-                self.start(seat);
-            }
+            Some(_) => self.start(seat),
             None => {}
         }
     }
@@ -512,7 +516,7 @@ impl Member {
             next: None,
             halted: false,
             started_at: Duration::ZERO,
-            leaving_since: None,
+            ending_since: None,
         }
     }
 }

@@ -186,6 +186,22 @@ fn a_process_that_does_not_end_when_its_robot_has_left_is_killed() {
 }
 
 #[test]
+fn a_life_that_waits_for_a_process_that_does_not_exit_is_given_up() {
+    let mut coordinator = running(&["fleet.start_limit_s=2"]);
+    coordinator.notice(Notice::Kill { seat: seat(0, 0) });
+    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
+    coordinator.take_actions();
+    pass(&mut coordinator, 10..=12, ALL_READY);
+    assert_eq!(coordinator.take_actions(), []);
+    pass(&mut coordinator, 13..=13, ALL_READY);
+    let why = "the process of its life before was killed but does not exit".to_owned();
+    let given_up = Order::Absent { seat: seat(0, 1), cause: Absence::NotStarted { why } };
+    assert_eq!(coordinator.take_actions(), [Action::Order(given_up)]);
+    coordinator.exited(seat(0, 0), killed(), None, None);
+    assert_eq!(coordinator.take_actions(), [died(seat(0, 0))], "its time is over");
+}
+
+#[test]
 fn notices_that_did_not_come_are_said_and_answers_among_them_are_not_taken_for_refusals() {
     let mut coordinator = running(&[]);
     let said = |coordinator: &mut Coordinator, entries: u64, others: u64| {
