@@ -5,7 +5,6 @@ mod catalog;
 mod crowds;
 mod determinism;
 mod invariants;
-mod operators;
 mod radio;
 mod random;
 mod solids;

@@ -1,6 +1,8 @@
 //! What has to be true of a fleet whatever happens to it.
 
+use crate::dice::MS;
 use crate::fleet::Fleet;
+use crate::plan::START_LIMIT_MS;
 use crate::shared::Shared;
 use bus::queue::BACKLOG_MAX;
 use daemon::coordinator::{State, WAITING_MAX};
@@ -8,19 +10,35 @@ use model::Seat;
 use model::{Drive, Mode};
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::Notice;
+use std::collections::BTreeMap;
 use world_sim::{RobotState, World};
 
 /// The log holds no more entries.
 const EVENTS_MAX: usize = 10_000 + 1024;
+
+/// The start limit, once for the process before to end and once for its own, and the time that it takes until all that
+/// operators asked for has gone through a small ring.
+const WAITS_NS: u64 = 2 * START_LIMIT_MS * MS + 5000 * MS;
 
 /// What was seen at the last opening.
 #[derive(Default)]
 pub(crate) struct Checks {
     participants: Vec<Seat>,
     states: Vec<RobotState>,
+    /// Those whom the world waits for before it opens a tick, and since when, as the daemon's time goes.
+    awaited: BTreeMap<Seat, u64>,
 }
 
 impl Checks {
+    /// The world waits for nobody without a bound: a process that does not come up is given up.
+    pub(crate) fn waited(&mut self, missing: &[Seat], daemon_awake_ns: u64) {
+        self.awaited.retain(|seat, _| missing.contains(seat));
+        for seat in missing {
+            let waits_ns = daemon_awake_ns - *self.awaited.entry(*seat).or_insert(daemon_awake_ns);
+            assert!(waits_ns <= WAITS_NS, "the world has been waiting for {seat:?} for {} ms", waits_ns / MS);
+        }
+    }
+
     /// Robots come and go between two ticks, and it is said; whoever has just come is not heard yet.
     pub(crate) fn opened(&mut self, world: &World, notices: &[Notice]) {
         let tick = world.tick();

@@ -41,6 +41,7 @@ coverage! {
     failed_starts: "processes that fail, hang, or are deaf",
     late_starts: "processes that start late",
     deaths: "deaths: killed or crashed",
+    slow_deaths: "of those who were killed, such as did not end at once",
     stops: "stops (SIGSTOP)",
     resumes: "resumes (SIGCONT)",
     timeline_kills: "kills of the timeline",

@@ -38,8 +38,6 @@ pub(crate) struct Daemon {
     pub(crate) orders: OrderQueue,
     /// Operators whose request the world has not decided yet: the number of their request, and since when they wait, ns.
     awaiting: Vec<Awaiting>,
-    /// How long it has run, ns: what it slept through while it was stopped is nobody's waiting time.
-    awake_ns: u64,
     turned_at: u64,
     /// Every life that it has started.
     started: BTreeSet<model::Seat>,
@@ -63,7 +61,6 @@ impl Daemon {
             coordinator: Coordinator::new(scenario.clone()),
             orders: OrderQueue::default(),
             awaiting: Vec::new(),
-            awake_ns: 0,
             turned_at: shared.now,
             started: BTreeSet::new(),
             interrupts: 0,
@@ -79,7 +76,7 @@ impl Daemon {
     pub(crate) fn turn(&mut self, kernel: &mut Kernel, operators: &mut Operators, shared: &mut Shared) {
         self.wake = shared.now + HEARTBEAT_NS;
         let passed_ns = shared.now - std::mem::replace(&mut self.turned_at, shared.now);
-        self.awake_ns += if passed_ns > AWAY_NS { 0 } else { passed_ns };
+        shared.daemon_awake_ns += if passed_ns > AWAY_NS { 0 } else { passed_ns };
         for _ in 0..std::mem::take(&mut self.interrupts) {
             self.coordinator.interrupt();
         }
@@ -88,13 +85,13 @@ impl Daemon {
         if shared.world_ended {
             return self.finish(kernel, operators, shared);
         }
-        self.serve(operators);
+        self.serve(operators, shared);
         self.flush(shared);
         let memory = &shared.memory;
         let now = Duration::from_nanos(shared.now);
         self.coordinator.time(now, &|seat| memory.is_ready(seat), &|_| Duration::ZERO);
         self.act(kernel, operators, shared);
-        let longest_ns = self.awaiting.first().map_or(0, |awaiting| self.awake_ns - awaiting.since_ns);
+        let longest_ns = self.awaiting.first().map_or(0, |awaiting| shared.daemon_awake_ns - awaiting.since_ns);
         assert!(longest_ns <= PATIENCE_NS, "an operator has been waiting for {} ms", longest_ns / MS);
     }
 
@@ -120,11 +117,13 @@ impl Daemon {
         self.coordinator.missed(shared.missed);
     }
 
-    fn serve(&mut self, operators: &mut Operators) {
+    fn serve(&mut self, operators: &mut Operators, shared: &Shared) {
         while let Some((number, request)) = operators.take() {
             match self.coordinator.request(&request, &|_, _| None) {
                 Answer::Now(reply) => operators.answer(number, None, reply),
-                Answer::Later(ticket) => self.awaiting.push(Awaiting { ticket, number, since_ns: self.awake_ns }),
+                Answer::Later(ticket) => {
+                    self.awaiting.push(Awaiting { ticket, number, since_ns: shared.daemon_awake_ns });
+                }
             }
         }
     }
@@ -190,7 +189,7 @@ impl Daemon {
     fn finish(&mut self, kernel: &mut Kernel, operators: &mut Operators, shared: &mut Shared) {
         self.coordinator.stopping();
         self.hear(shared);
-        self.serve(operators);
+        self.serve(operators, shared);
         self.coordinator.refuse_waiting();
         self.act(kernel, operators, shared);
         assert!(self.awaiting.is_empty(), "operators wait for ever: {:?}", self.awaiting);

@@ -1,6 +1,6 @@
 //! The machine: processes that are started, stopped, killed and reaped, with the rules of a kernel.
 
-use crate::agent::{AgentProcess, Fate, Next};
+use crate::agent::{AgentProcess, FOREVER, Fate, Next};
 use crate::dice::MS;
 use crate::shared::Shared;
 use daemon::coordinator::{Ending, Signal};
@@ -18,6 +18,8 @@ pub(crate) struct Process {
     /// When it wants to run next, ns.
     wake: u64,
     pub(crate) stopped: bool,
+    /// It sleeps in the kernel, and no signal wakes it.
+    is_blocked: bool,
     /// A signal that nobody can catch is on its way: it takes effect then, ns. What the process does before still counts.
     dies: Option<u64>,
     ended: Option<Ending>,
@@ -32,7 +34,7 @@ impl Process {
     }
 
     fn next(&self) -> u64 {
-        let runs = if self.stopped { u64::MAX } else { self.wake };
+        let runs = if self.stopped || self.is_blocked { u64::MAX } else { self.wake };
         if self.lives() { runs.min(self.dies.unwrap_or(u64::MAX)) } else { u64::MAX }
     }
 }
@@ -68,6 +70,7 @@ impl Kernel {
             agent: AgentProcess::new(spec, fate),
             wake: shared.now + starts,
             stopped: false,
+            is_blocked: false,
             dies: None,
             ended: None,
             deaf_to: None,
@@ -82,6 +85,14 @@ impl Kernel {
             return;
         };
         match signal {
+            // Now and then a process is blocked in the kernel, and ends much later, or not before the storm does.
+            Signal::Kill if process.dies.is_none() && !shared.calm && shared.dice.permille(50) => {
+                let later = shared.now + shared.dice.between_ms(100, 3000);
+                process.dies = Some(if shared.dice.permille(500) { later } else { FOREVER });
+                process.is_blocked = true;
+                shared.tell(|| format!("kernel: {:?} is killed and does not end", process.seat));
+                shared.coverage.slow_deaths += 1;
+            }
             Signal::Kill => {
                 let at = shared.now + shared.dice.between_ms(0, 4);
                 process.dies.get_or_insert(at);
@@ -101,10 +112,22 @@ impl Kernel {
         }
     }
 
+    /// Whatever stopped and blocked processes goes.
+    pub(crate) fn calm_down(&mut self, shared: &mut Shared) {
+        for process in self.processes.iter_mut().filter(|process| process.is_blocked && process.lives()) {
+            process.dies = Some(shared.now + shared.dice.between_ms(0, 4));
+        }
+        let stopped: Vec<u32> =
+            self.processes.iter().filter(|process| process.stopped).map(|process| process.pid).collect();
+        stopped.into_iter().for_each(|pid| self.signal(pid, Signal::Continue, shared));
+    }
+
     /// It ends by itself, as a process with a bug does.
     pub(crate) fn crash(&mut self, index: usize, code: i32, shared: &mut Shared) {
-        self.processes[index].ended = Some(Ending { signal: None, code: Some(code) });
-        shared.calls.daemon = true;
+        if !self.processes[index].is_blocked {
+            self.processes[index].ended = Some(Ending { signal: None, code: Some(code) });
+            shared.calls.daemon = true;
+        }
     }
 
     /// What has become of processes since the last call; those that have ended are gone afterwards.
@@ -133,7 +156,7 @@ impl Kernel {
     /// The run is over: whoever can run has one turn, and ends in it.
     pub(crate) fn everybody_ends(&mut self, shared: &mut Shared) {
         for index in 0..self.processes.len() {
-            if self.processes[index].lives() && !self.processes[index].stopped {
+            if self.processes[index].lives() && !self.processes[index].stopped && !self.processes[index].is_blocked {
                 self.run(index, shared);
                 assert!(!self.processes[index].lives(), "the process of {:?} goes on", self.processes[index].seat);
             }

@@ -8,6 +8,8 @@ use std::fmt::Write;
 
 /// Robots that operators may add.
 pub(crate) const GUESTS_MAX: usize = 4;
+/// How long a process may take to become ready.
+pub(crate) const START_LIMIT_MS: u64 = 800;
 /// Ticks after the storm until the end: time enough for everybody to come back.
 const SETTLE_TICKS: u64 = 120;
 
@@ -71,7 +73,7 @@ fn base(seed: u64, robots: usize, ticks: u64, dice: &mut Dice) -> Scenario {
         straggler = "{}"
         straggler_limit_s = {}
         command_timeout_s = 0.5
-        start_limit_s = 0.8
+        start_limit_s = {}
         [defaults]
         planner = "{}"
         radio_range_m = 5
@@ -83,6 +85,7 @@ fn base(seed: u64, robots: usize, ticks: u64, dice: &mut Dice) -> Scenario {
         robots + GUESTS_MAX,
         dice.pick(&["wait", "hold", "drop"]),
         dice.pick(&["0.3", "1"]),
+        START_LIMIT_MS as f64 / 1000.0,
         dice.pick(&["straight", "straight", "apf"]),
     );
     if restart != "never" {

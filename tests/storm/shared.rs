@@ -82,6 +82,8 @@ pub(crate) struct Shared {
     /// Notices that found no room: counters that the world writes.
     pub(crate) missed: Missed,
     pub(crate) calls: Calls,
+    /// How long the daemon has run, ns: what it slept through while it was stopped is nobody's waiting time.
+    pub(crate) daemon_awake_ns: u64,
     /// The world's process has ended.
     pub(crate) world_ended: bool,
     /// The storm is over: nothing bad happens any more.
@@ -110,6 +112,7 @@ impl Shared {
             notices: Ring::new(notices_bytes),
             missed: Missed::default(),
             calls: Calls::default(),
+            daemon_awake_ns: 0,
             world_ended: false,
             calm: false,
             coverage: Coverage::default(),

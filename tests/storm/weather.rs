@@ -146,11 +146,7 @@ impl Fleet {
         self.shared.tell(|| "weather: calm".to_owned());
         self.daemon_stopped = 0;
         self.world_stopped = 0;
-        let stopped: Vec<u32> =
-            self.kernel.processes.iter().filter(|process| process.stopped).map(|process| process.pid).collect();
-        for pid in stopped {
-            self.kernel.signal(pid, Signal::Continue, &mut self.shared);
-        }
+        self.kernel.calm_down(&mut self.shared);
         self.shared.calls.daemon = true;
         self.shared.calls.world = true;
     }

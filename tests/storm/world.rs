@@ -104,7 +104,12 @@ impl WorldProcess {
 
     fn await_due(&mut self, shared: &mut Shared) {
         self.take_orders(shared);
-        let misses = self.attendance.misses(&mut self.world, &|seat| shared.memory.is_ready(seat));
+        let (memory, attendance) = (&shared.memory, &self.attendance);
+        let misses = attendance.misses(&mut self.world, &|seat| memory.is_ready(seat));
+        let due = self.world.due().iter().copied();
+        self.missing.clear();
+        self.missing.extend(due.filter(|seat| !memory.is_ready(*seat) && !attendance.is_silent(*seat)));
+        self.checks.waited(&self.missing, shared.daemon_awake_ns);
         if misses && !self.over() {
             return;
         }
@@ -207,7 +212,7 @@ impl WorldProcess {
         if shared.dice.permille(200) {
             // The processor goes to somebody else for a moment.
             self.stage = Stage::Close;
-            self.wake = shared.now + shared.dice.between_ms(0, 3);
+            self.wake = shared.now + shared.haste();
         } else {
             self.close_period(shared);
         }
