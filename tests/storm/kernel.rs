@@ -99,11 +99,13 @@ impl Kernel {
             }
             Signal::Stop if !process.stopped => {
                 process.stopped = true;
+                shared.coverage.stops += 1;
                 process.news = Some(Change::Stopped);
                 shared.calls.daemon = true;
             }
             Signal::Continue if process.stopped => {
                 process.stopped = false;
+                shared.coverage.resumes += 1;
                 process.wake = shared.now + MS;
                 process.news = Some(Change::Continued);
                 shared.calls.daemon = true;
@@ -126,6 +128,7 @@ impl Kernel {
     pub(crate) fn crash(&mut self, index: usize, code: i32, shared: &mut Shared) {
         if !self.processes[index].is_blocked {
             self.processes[index].ended = Some(Ending { signal: None, code: Some(code) });
+            shared.coverage.deaths += 1;
             shared.calls.daemon = true;
         }
     }
@@ -172,6 +175,7 @@ impl Kernel {
         let process = &mut self.processes[index];
         if process.dies.is_some_and(|at| at <= shared.now) {
             process.ended = Some(KILLED);
+            shared.coverage.deaths += 1;
         } else {
             match process.agent.turn(shared) {
                 Next::Sleep(until) => process.wake = until,

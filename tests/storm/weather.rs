@@ -55,17 +55,14 @@ impl Fleet {
             Act::Kill => self.strike(|fleet, index| {
                 let pid = fleet.kernel.processes[index].pid;
                 fleet.kernel.signal(pid, Signal::Kill, &mut fleet.shared);
-                fleet.shared.coverage.deaths += 1;
             }),
             Act::Crash => self.strike(|fleet, index| {
                 let code = fleet.shared.dice.pick(&[0, 1, 3]);
                 fleet.kernel.crash(index, code, &mut fleet.shared);
-                fleet.shared.coverage.deaths += 1;
             }),
             Act::Stop => self.strike(|fleet, index| {
                 let pid = fleet.kernel.processes[index].pid;
                 fleet.kernel.signal(pid, Signal::Stop, &mut fleet.shared);
-                fleet.shared.coverage.stops += 1;
             }),
             Act::Resume => self.resume_one(),
             Act::StopDaemon if self.daemon_stopped < self.shared.now => {
@@ -115,7 +112,6 @@ impl Fleet {
         if !stopped.is_empty() {
             let pid = self.shared.dice.pick(&stopped);
             self.kernel.signal(pid, Signal::Continue, &mut self.shared);
-            self.shared.coverage.resumes += 1;
         }
     }
 
