@@ -12,6 +12,7 @@ use std::os::unix::fs::MetadataExt;
 #[derive(Debug)]
 pub struct Lease {
     _held: OwnedFd,
+    _root: Option<OwnedFd>,
 }
 
 impl Lease {
@@ -28,7 +29,7 @@ impl Lease {
                 Ok(file) => {
                     // Blocks only while somebody tests the lease, which takes microseconds.
                     rustix::io::retry_on_intr(|| flock(&file, FlockOperation::LockShared)).map_err(failed)?;
-                    return Ok(Lease { _held: file });
+                    return Ok(Lease { _held: file, _root: hold_root(address).map_err(failed)? });
                 }
                 Err(Errno::NOENT) => {}
                 Err(e) => return Err(failed(e)),
@@ -38,11 +39,12 @@ impl Lease {
             let draft = address.file(&format!(".lease.{}", rustix::process::getpid().as_raw_nonzero()));
             let file = open(&draft, flags | OFlags::CREATE, Mode::RUSR | Mode::WUSR).map_err(failed)?;
             flock(&file, FlockOperation::NonBlockingLockShared).map_err(failed)?;
+            let root = hold_root(address).map_err(failed)?;
             match renameat_with(CWD, &draft, CWD, &path, RenameFlags::NOREPLACE) {
                 Ok(()) => {
                     // From here on the lease tells whether the fleet is looked after.
                     let _ = rustix::fs::unlink(address.file(MAKER));
-                    return Ok(Lease { _held: file });
+                    return Ok(Lease { _held: file, _root: root });
                 }
                 Err(Errno::EXIST) => rustix::fs::unlink(&draft).map_err(failed)?,
                 Err(e) => return Err(failed(e)),
@@ -68,16 +70,40 @@ impl Lease {
                 let Ok(meta) = std::fs::symlink_metadata(address.root()) else { return Ok(None) };
                 // A root that others may look into is none of ours: iceoryx2 made it anew for a process that came late.
                 let ghost = meta.mode() & 0o077 != 0;
-                return Ok((ghost || !Maker::of(address.root()).is_some_and(Maker::may_live)).then_some(None));
+                let made = || Maker::of(address.root()).is_some_and(Maker::may_live);
+                return Ok((ghost || !made() && !is_root_held(address)).then_some(None));
             }
             Err(e) => return Err(BusError::io(&path, "test the lease", e)),
         };
         match rustix::io::retry_on_intr(|| flock(&file, FlockOperation::NonBlockingLockExclusive)) {
-            Ok(()) => Ok(Some(Some(Lease { _held: file }))),
+            Ok(()) => Ok(Some(Some(Lease { _held: file, _root: None }))),
             Err(Errno::WOULDBLOCK) => Ok(None),
             Err(e) => Err(BusError::io(&path, "test the lease", e)),
         }
     }
+}
+
+/// Locks the directory as well, together with others: if somebody removes the files in it, the lease among them, it is
+/// still known that the fleet is looked after. A directory that is gone needs no lock.
+fn hold_root(address: &Address) -> std::result::Result<Option<OwnedFd>, Errno> {
+    let root = match open_root(address) {
+        Err(Errno::NOENT) => return Ok(None),
+        root => root?,
+    };
+    // Blocks only while somebody tests the lock, which takes microseconds.
+    rustix::io::retry_on_intr(|| flock(&root, FlockOperation::LockShared))?;
+    Ok(Some(root))
+}
+
+/// Whether somebody holds the directory of this fleet.
+fn is_root_held(address: &Address) -> bool {
+    let Ok(root) = open_root(address) else { return false };
+    rustix::io::retry_on_intr(|| flock(&root, FlockOperation::NonBlockingLockExclusive)) == Err(Errno::WOULDBLOCK)
+}
+
+fn open_root(address: &Address) -> std::result::Result<OwnedFd, Errno> {
+    let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC | OFlags::NOFOLLOW;
+    open(address.root(), flags, Mode::empty())
 }
 
 #[cfg(test)]
@@ -102,6 +128,18 @@ mod tests {
         }
         crate::clean::sweep(&address);
         assert!(!Lease::is_abandoned(&address).unwrap(), "gone");
+    }
+
+    #[test]
+    fn a_fleet_whose_files_were_removed_is_not_abandoned_while_somebody_holds_it() {
+        let address = Address::create().unwrap();
+        let daemon = Lease::take(&address).unwrap();
+        std::fs::remove_file(address.file("lease")).unwrap();
+        assert!(!Lease::is_abandoned(&address).unwrap());
+        drop(daemon);
+        // Any shoal command on this machine may clean it away from here on.
+        assert!(Lease::is_abandoned(&address).unwrap() || !address.root().exists());
+        crate::clean::sweep(&address);
     }
 
     #[test]
