@@ -235,3 +235,18 @@ fn an_abandoned_fleet_is_found_ended_and_removed() {
     wait_until("nothing is left", || left_of(&home).is_empty());
     assert_eq!(entry(), None);
 }
+
+/// A file without a size is removed when nobody has it open any more: who makes one has it open until it has a size.
+#[test]
+fn what_is_half_made_is_removed_once_its_maker_is_gone() {
+    let home = Home::new();
+    let place = |name: &str| home.0.root().join(name);
+    std::fs::write(place("whole"), "x").unwrap();
+    std::fs::write(place("empty"), "").unwrap();
+    let held = std::fs::File::create(place("being-made")).unwrap();
+    assert_eq!(clean::unfinished(&home.0), 1);
+    assert!(!place("empty").exists() && place("whole").exists() && place("being-made").exists());
+    drop(held);
+    assert_eq!(clean::unfinished(&home.0), 1);
+    assert!(!place("being-made").exists());
+}
