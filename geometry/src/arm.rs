@@ -39,6 +39,7 @@ impl Elbow {
     pub const BOTH: [Elbow; 2] = [Elbow::Up, Elbow::Down];
 
     /// The sheet of a pose.
+    #[inline]
     pub fn of(joints_rad: [f64; 2]) -> Elbow {
         if joints_rad[1] < 0.0 { Elbow::Up } else { Elbow::Down }
     }
@@ -69,16 +70,19 @@ pub struct ArmGeometry {
 
 impl ArmGeometry {
     /// Where the elbow is.
+    #[inline]
     pub fn elbow(&self, joints_rad: [f64; 2]) -> Point2<f64> {
         self.base + self.links_m[0] * direction(joints_rad[0])
     }
 
     /// Where the tip is: (9), (10).
+    #[inline]
     pub fn tip(&self, joints_rad: [f64; 2]) -> Point2<f64> {
         self.elbow(joints_rad) + self.links_m[1] * direction(joints_rad[0] + joints_rad[1])
     }
 
     /// The links as bodies, the one at the base first.
+    #[inline]
     pub fn bodies(&self, joints_rad: [f64; 2]) -> [Capsule; 2] {
         let (elbow, tip) = (self.elbow(joints_rad), self.tip(joints_rad));
         let link = |a, b| Capsule { a, b, radius: self.link_radius_m };
@@ -87,6 +91,7 @@ impl ArmGeometry {
 
     /// The joints that hold the tip in a place, whatever their limits: (11) to (14). `None` out of reach. Joint 1 comes
     /// out in its range where that has an angle of this direction, else in the turn above its lower limit.
+    #[inline]
     pub fn inverse(&self, tip: Point2<f64>, elbow: Elbow) -> Option<[f64; 2]> {
         let [l1, l2] = self.links_m;
         let offset = tip - self.base;
@@ -115,6 +120,7 @@ impl ArmGeometry {
     }
 
     /// The same pose with joint 1 turned by whole turns to where it is nearest to `near_rad`, of those within its range.
+    #[inline]
     pub fn nearest_in_range(&self, joints_rad: [f64; 2], near_rad: f64) -> [f64; 2] {
         let (low, high) = (self.joint_min_rad[0] - ANGLE_ROUNDING_RAD, self.joint_max_rad[0] + ANGLE_ROUNDING_RAD);
         let turns = |t1: f64| [t1 - TAU, t1, t1 + TAU];
@@ -126,12 +132,14 @@ impl ArmGeometry {
     }
 
     /// Whether the joints are within their limits, joint 2 by at least `margin_rad`.
+    #[inline]
     pub fn within_limits(&self, joints_rad: [f64; 2], margin_rad: f64) -> bool {
         let margins = [0.0, margin_rad];
         (0..2).all(|i| within(joints_rad[i], self.joint_min_rad[i], self.joint_max_rad[i], margins[i]))
     }
 
     /// Smallest distance between the links and the obstacles, m; negative in contact, infinite without obstacles.
+    #[inline]
     pub fn clearance(&self, joints_rad: [f64; 2], obstacles: impl IntoIterator<Item = Capsule>) -> f64 {
         let links = self.bodies(joints_rad);
         let nearest = |obstacle: Capsule| gap(&links[0], &obstacle).min(gap(&links[1], &obstacle));
@@ -139,6 +147,7 @@ impl ArmGeometry {
     }
 
     /// The joints that hold the tip in a place and in a sheet, if the tip is free there.
+    #[inline]
     pub fn free_pose(
         &self,
         tip: Point2<f64>,
@@ -151,6 +160,7 @@ impl ArmGeometry {
 
     /// Whether the tip can be held in a place and in a sheet: joints exist, keep their limits, and keep the links at
     /// least `clearance_m` from all obstacles. Swarms ask this a million times, so it gets along with one angle.
+    #[inline]
     pub fn is_free(
         &self,
         tip: Point2<f64>,
@@ -188,6 +198,7 @@ impl ArmGeometry {
     }
 
     /// Tip distances from the base between which joint 2 keeps its limits, m: the ring of what can be reached.
+    #[inline]
     pub fn reach(&self) -> (f64, f64) {
         let [l1, l2] = self.links_m;
         let radius = |t2: f64| (l1 * l1 + l2 * l2 + 2.0 * l1 * l2 * t2.cos()).max(0.0).sqrt();
@@ -217,16 +228,19 @@ pub struct ArmState {
 
 impl ArmState {
     /// The sheet that it is in.
+    #[inline]
     pub fn elbow(&self) -> Elbow {
         Elbow::of(self.joints_rad)
     }
 
     /// Where its tip is.
+    #[inline]
     pub fn tip(&self) -> Point2<f64> {
         self.geometry.tip(self.joints_rad)
     }
 
     /// Velocity of the tip at these joint rates, m/s.
+    #[inline]
     pub fn tip_velocity(&self, rate_radps: [f64; 2]) -> Vector2<f64> {
         let turned = |arm: Vector2<f64>, rate: f64| rate * Vector2::new(-arm.y, arm.x);
         let (tip, elbow) = (self.tip(), self.geometry.elbow(self.joints_rad));
@@ -234,6 +248,7 @@ impl ArmState {
     }
 
     /// The arm after a time at these rates. Joints stop at their limits.
+    #[inline]
     pub fn moved(&self, rate_radps: [f64; 2], dt_s: f64) -> ArmState {
         let ArmGeometry { joint_min_rad: low, joint_max_rad: high, .. } = self.geometry;
         let joint = |i: usize| (self.joints_rad[i] + rate_radps[i] * dt_s).clamp(low[i], high[i].max(low[i]));
@@ -242,6 +257,7 @@ impl ArmState {
 
     /// The rates that bring the joints to a pose in the same sheet within `dt_s`. Joint 1 does not pass its stops: the
     /// way round may be the long one.
+    #[inline]
     pub fn rates_to(&self, joints_rad: [f64; 2], dt_s: f64) -> [f64; 2] {
         [0, 1].map(|i| (joints_rad[i] - self.joints_rad[i]) / dt_s)
     }

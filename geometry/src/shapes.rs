@@ -19,16 +19,19 @@ pub struct Capsule {
 
 impl Capsule {
     /// A disc.
+    #[inline]
     pub fn disc(center: Point2<f64>, radius: f64) -> Capsule {
         Capsule { a: center, b: center, radius }
     }
 
     /// A wall without thickness.
+    #[inline]
     pub fn segment(a: Point2<f64>, b: Point2<f64>) -> Capsule {
         Capsule { a, b, radius: 0.0 }
     }
 
     /// The point of the core segment nearest to `p`.
+    #[inline]
     pub fn nearest_core(&self, p: Point2<f64>) -> Point2<f64> {
         let along = self.b - self.a;
         let length_squared = along.norm_squared();
@@ -40,11 +43,13 @@ impl Capsule {
     }
 
     /// Distance from `p` to the surface, m; negative inside.
+    #[inline]
     pub fn distance(&self, p: Point2<f64>) -> f64 {
         (p - self.nearest_core(p)).norm() - self.radius
     }
 
     /// The same shape moved by `offset`.
+    #[inline]
     pub fn moved(&self, offset: Vector2<f64>) -> Capsule {
         Capsule { a: self.a + offset, b: self.b + offset, radius: self.radius }
     }
@@ -59,12 +64,14 @@ pub struct Polygon {
 
 impl Polygon {
     /// Its edges as walls, in order.
+    #[inline]
     pub fn edges(&self) -> impl Iterator<Item = Capsule> + '_ {
         let n = self.corners.len();
         (0..n).map(move |i| Capsule::segment(self.corners[i], self.corners[(i + 1) % n]))
     }
 
     /// Whether `p` is inside (even-odd rule).
+    #[inline]
     pub fn contains(&self, p: Point2<f64>) -> bool {
         let n = self.corners.len();
         let mut inside = false;
@@ -79,6 +86,7 @@ impl Polygon {
 }
 
 /// Smallest distance between two segments, m; zero where they cross.
+#[inline]
 pub fn segment_distance(a0: Point2<f64>, a1: Point2<f64>, b0: Point2<f64>, b1: Point2<f64>) -> f64 {
     if segments_cross(a0, a1, b0, b1) {
         return 0.0;
@@ -88,6 +96,7 @@ pub fn segment_distance(a0: Point2<f64>, a1: Point2<f64>, b0: Point2<f64>, b1: P
 }
 
 /// Whether two segments cross at a point inside both.
+#[inline]
 pub fn segments_cross(a0: Point2<f64>, a1: Point2<f64>, b0: Point2<f64>, b1: Point2<f64>) -> bool {
     let side = |p: Point2<f64>, q: Point2<f64>, r: Point2<f64>| (q - p).perp(&(r - p));
     let (d1, d2) = (side(b0, b1, a0), side(b0, b1, a1));
@@ -97,6 +106,7 @@ pub fn segments_cross(a0: Point2<f64>, a1: Point2<f64>, b0: Point2<f64>, b1: Poi
 
 /// Closest approach of two points that both move straight and evenly during one tick, m: the distance of the
 /// origin from the segment of their relative positions.
+#[inline]
 pub fn swept_distance(p0: Point2<f64>, p1: Point2<f64>, q0: Point2<f64>, q1: Point2<f64>) -> f64 {
     let origin = Point2::origin();
     Capsule::segment(origin + (q0 - p0), origin + (q1 - p1)).distance(origin)

@@ -23,6 +23,7 @@ impl BodyKind {
     pub const MOBILE: &[BodyKind] = &[BodyKind::Point, BodyKind::Unicycle];
 
     /// Its word in scenarios and messages.
+    #[inline]
     pub fn word(self) -> &'static str {
         match self {
             BodyKind::Point => "point",
@@ -52,6 +53,7 @@ pub struct Limits {
 
 impl Limits {
     /// Greatest turn rate at a speed that the turning radius leaves, rad/s; infinite without one.
+    #[inline]
     pub fn turn_at(&self, speed_mps: f64) -> f64 {
         if self.turning_radius_m_min > 0.0 { speed_mps.abs() / self.turning_radius_m_min } else { f64::INFINITY }
     }
@@ -78,6 +80,7 @@ pub enum Drive {
 
 impl Drive {
     /// Stand still, in the form that a body of this kind understands.
+    #[inline]
     pub fn stop(kind: BodyKind) -> Drive {
         match kind {
             BodyKind::Point => Drive::Velocity(Vector2::zeros()),
@@ -87,6 +90,7 @@ impl Drive {
     }
 
     /// Whether every number in it is finite.
+    #[inline]
     pub fn is_finite(&self) -> bool {
         match *self {
             Drive::Velocity(v) => v.x.is_finite() && v.y.is_finite(),
@@ -98,6 +102,7 @@ impl Drive {
     /// The same request within the limits: a velocity keeps its direction, a twist is cut part by part (and turns no
     /// tighter than its speed allows), and joint rates shrink together, so that the tip keeps its course. The speed of a
     /// tip depends on the pose of its arm, which is not known here: [`Drive::of_arm`] limits it too.
+    #[inline]
     pub fn within(&self, limits: &Limits) -> Drive {
         match *self {
             Drive::Velocity(v) => Drive::Velocity(v.cap_magnitude(limits.speed_mps_max)),
@@ -115,6 +120,7 @@ impl Drive {
     }
 
     /// Joint rates of an arm within the limits: both shrink together until each joint and the tip keep theirs.
+    #[inline]
     pub fn of_arm(arm: &ArmState, rate_radps: [f64; 2], limits: &Limits) -> Drive {
         let tip = arm.tip_velocity(rate_radps).norm();
         let scale = if tip > limits.speed_mps_max { limits.speed_mps_max / tip } else { 1.0 };

@@ -9,6 +9,7 @@ pub struct Stream(ChaCha8Rng);
 impl Stream {
     /// The stream of (seed of the run, robot, incarnation, purpose). Equal keys give equal streams; any
     /// difference in a key gives an unrelated stream.
+    #[inline]
     pub fn new(seed: u64, robot: u32, incarnation: u32, purpose: &str) -> Stream {
         let mut key = [0u8; 32];
         key[0..8].copy_from_slice(&seed.to_le_bytes());
@@ -19,16 +20,19 @@ impl Stream {
     }
 
     /// Uniform in [0, 1).
+    #[inline]
     pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform in [low, high).
+    #[inline]
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
     /// Normal with mean 0 and standard deviation 1 (Box-Muller).
+    #[inline]
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.unit()).cos()
