@@ -197,7 +197,7 @@ impl NoticeReceiver {
         self.ring.left_out()
     }
 
-    /// Other notices that are lost: somebody should have acted on them.
+    /// Other notices that are lost, although the daemon should have acted on them.
     pub fn lost(&self) -> u64 {
         self.ring.lost()
     }

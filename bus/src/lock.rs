@@ -83,19 +83,19 @@ impl Lease {
     }
 }
 
-/// Locks the directory as well, together with others: if somebody removes the files in it, the lease among them, it is
-/// still known that the fleet is looked after. A directory that is gone needs no lock.
+/// Takes a shared lock on the directory as well: if the files in it are removed, the lease among them, the lock still says
+/// that the fleet is looked after. A directory that is gone needs no lock.
 fn hold_root(address: &Address) -> std::result::Result<Option<OwnedFd>, Errno> {
     let root = match open_root(address) {
         Err(Errno::NOENT) => return Ok(None),
         root => root?,
     };
-    // Blocks only while somebody tests the lock, which takes microseconds.
+    // Blocks only while another process tests the lock, which takes microseconds.
     rustix::io::retry_on_intr(|| flock(&root, FlockOperation::LockShared))?;
     Ok(Some(root))
 }
 
-/// Whether somebody holds the directory of this fleet.
+/// Whether a process holds the directory of this fleet.
 fn is_root_held(address: &Address) -> bool {
     let Ok(root) = open_root(address) else { return false };
     rustix::io::retry_on_intr(|| flock(&root, FlockOperation::NonBlockingLockExclusive)) == Err(Errno::WOULDBLOCK)

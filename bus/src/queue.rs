@@ -55,7 +55,7 @@ pub enum Sent {
     Waits,
     /// It is an entry of the log, and is left out. That has to be counted.
     LeftOut,
-    /// It is lost, although somebody should have acted on it. That has to be counted.
+    /// It is lost, although the daemon should have acted on it. That has to be counted.
     Lost,
 }
 

@@ -236,7 +236,7 @@ fn an_abandoned_fleet_is_found_ended_and_removed() {
     assert_eq!(entry(), None);
 }
 
-/// A file without a size is removed when nobody has it open any more: who makes one has it open until it has a size.
+/// A file without a size is removed once no process has it open: its maker keeps it open until it has a size.
 #[test]
 fn what_is_half_made_is_removed_once_its_maker_is_gone() {
     let home = Home::new();

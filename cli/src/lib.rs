@@ -3,7 +3,7 @@
 //! ```text
 //! args, verbs     what can be said                run          a scenario from its text to its report
 //! source          where scenarios come from       file, record what people keep
-//! progress, out   what people see meanwhile       sink         where a report goes
+//! progress, out   what people see during a run    sink         where a report goes
 //! talk, repeats   standard error                  exit         codes and failures
 //! own_limits      what the process itself needs
 //! ```

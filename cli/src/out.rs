@@ -19,7 +19,7 @@ pub fn data(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes all of it, and waits for the reader even where somebody has made the pipe one that does not wait.
+/// Writes all of it, and waits for the reader even if another process has set the pipe to non-blocking.
 fn write_all(mut text: &[u8]) -> io::Result<()> {
     let stdout = rustix::stdio::stdout();
     while !text.is_empty() {

@@ -5,7 +5,7 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 /// Opening iceoryx2's services takes some 150 KiB of stack, reading a command line some 100; and some room.
 const STACK_NEEDED: u64 = 1 << 20;
-/// What Linux gives a process whose limit nobody has changed.
+/// The default limit of Linux.
 const STACK_USUAL: u64 = 8 << 20;
 
 /// Takes the stack that is needed, as far as it may, and has a file that has become as large as it may be be an error of

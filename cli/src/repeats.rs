@@ -1,5 +1,5 @@
 //! Events that repeat: told one by one up to a point, and then summed up. A starved machine holds robots and lets them
-//! go on hundreds of times a minute, and whoever reads that learns nothing from the second dozen. The report has all of
+//! go on hundreds of times a minute, and a reader learns nothing from the second dozen. The report has all of
 //! them. Pure.
 
 use std::collections::BTreeMap;

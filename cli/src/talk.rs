@@ -1,4 +1,4 @@
-//! Standard error, for which nobody waits. Whoever reads it may be slow, stopped, or a pipe that was forgotten; a daemon
+//! Standard error, which is never waited for. Its reader may be slow, stopped, or a pipe that was forgotten; a daemon
 //! that waits for it restarts no robots and answers no operators. What cannot be written now is left out and counted.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -17,9 +17,9 @@ const NOW: Timespec = Timespec { tv_sec: 0, tv_nsec: 0 };
 
 /// How to write without waiting.
 enum Way {
-    /// A file never keeps anybody waiting for somebody else.
+    /// A file never waits for a reader.
     File,
-    /// The same pipe or terminal, opened once more: that this descriptor does not wait is nobody else's concern.
+    /// The same pipe or terminal, opened once more: only this descriptor is non-blocking.
     Own(OwnedFd),
     /// A socket, or a terminal of another user, cannot be opened again: it is asked first.
     Ask,
@@ -27,7 +27,7 @@ enum Way {
 
 struct Talk {
     way: Option<Way>,
-    /// Lines that nobody has heard of yet.
+    /// Lines that were left out and not mentioned yet.
     left_out: u64,
     /// The last line has no end.
     cut: bool,

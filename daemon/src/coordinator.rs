@@ -56,7 +56,7 @@ pub enum Action {
     Reply(Ticket, Reply),
     /// Tell whoever watches.
     Say(String),
-    /// Tell whoever watches of something of this kind, of which there may be many.
+    /// Tell the watcher of an event of this kind, of which there may be many.
     News {
         /// The kind of the event.
         kind: String,
@@ -115,7 +115,7 @@ impl State {
     }
 }
 
-/// TimelineAction the coordinator knows of one robot.
+/// What the coordinator knows of one robot.
 #[derive(Clone, Debug)]
 pub struct Member {
     /// The life that runs, ran last, or is awaited.
@@ -126,7 +126,7 @@ pub struct Member {
     pub state: State,
     /// The life to start as soon as the present process is reaped.
     next: Option<Seat>,
-    /// The kernel says that its process is stopped, whoever wanted that.
+    /// The kernel says that its process is stopped, for any reason.
     halted: bool,
     /// When the present process was started.
     started_at: Duration,
@@ -143,7 +143,7 @@ pub struct Coordinator {
     stopping: bool,
     interrupts: u32,
     tasks: u32,
-    /// TimelineAction operators asked for and the world has not answered, in the order in which it was asked for.
+    /// What operators asked for and the world has not answered, in the order in which it was asked for.
     waiting: Vec<Waiting>,
     /// When time was looked at last.
     looked_at: Option<Duration>,
@@ -192,7 +192,7 @@ impl Coordinator {
         self.actions.push(Action::Say(line));
     }
 
-    /// TimelineAction is to be done, in order.
+    /// What is to be done, in order.
     pub fn take_actions(&mut self) -> Vec<Action> {
         std::mem::take(&mut self.actions)
     }
@@ -236,7 +236,7 @@ impl Coordinator {
         }
     }
 
-    /// So many notices have found no room by now. Nothing is left out in silence.
+    /// The number of notices that have found no room by now. What is left out is said.
     pub fn missed(&mut self, missed: Missed) {
         let before = std::mem::replace(&mut self.missed, missed);
         let entries = missed.entries.saturating_sub(before.entries);

@@ -1,4 +1,4 @@
-//! TimelineAction containers, units and users may have of the machine: limits of control groups and of the user, and whether a
+//! What containers, units and users may have of the machine: limits of control groups and of the user, and whether a
 //! fleet can fit into them at all. Of a group and those above it the tightest limit counts.
 #![expect(clippy::disallowed_methods, reason = "the daemon looks at the machine")]
 
@@ -15,7 +15,7 @@ pub fn memory_needed(robots: u64) -> u64 {
     (3 << 20) + robots * (768 << 10)
 }
 
-/// TimelineAction the control groups of this process leave. `None` is no limit.
+/// What the control groups of this process leave. `None` is no limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Groups {
     /// Processes and threads that may still be started.
@@ -121,7 +121,7 @@ impl Mount {
 
     /// The directories of a group and of those above it, as far as they can be seen.
     fn folders(&self, group: &str) -> Vec<PathBuf> {
-        // TimelineAction is outside of what is mounted is seen as the mount point.
+        // What is outside of what is mounted is seen as the mount point.
         let below = Path::new(group).strip_prefix(&self.group).unwrap_or(Path::new(""));
         below.ancestors().map(|folder| self.point.join(folder)).collect()
     }

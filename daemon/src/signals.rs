@@ -111,17 +111,17 @@ impl Signals {
         if waiting < 0 {
             return Err(io::Error::last_os_error());
         }
-        // SAFETY: it has just been made, and nobody else knows of it.
+        // SAFETY: it has just been made, and nothing else refers to it.
         let waiting = unsafe { OwnedFd::from_raw_fd(waiting) };
         let held = hold(&set);
         let dispositions = minded.iter().map(|signal| (*signal, disposition(*signal))).collect();
         minded.iter().for_each(|signal| set_disposition(*signal, &plain(SIG_IGN)));
-        // Whoever started this process may have had no use for its children; without them being waited for, ours are lost.
+        // The parent of this process may have ignored SIGCHLD; then the endings of our children would be lost.
         set_disposition(SIGCHLD, &plain(SIG_DFL));
         Ok(Signals { waiting, asked: false, hung_up: false, last: None, dispositions, held })
     }
 
-    /// How often somebody asked for the end since the last call. Empties the descriptor. A terminal that is gone asks
+    /// Requests for the end since the last call. Empties the descriptor. A terminal that is gone asks
     /// once, though its shell and the kernel both say so.
     pub fn take_interrupts(&mut self) -> usize {
         let mut count = 0;
@@ -152,7 +152,7 @@ impl Drop for Signals {
             }
         }
         let_go(&self.held);
-        // Whoever minded this signal before is to hear of it.
+        // The handler that was there before is called as well.
         let handled = |number: &i32| ![SIG_DFL, SIG_IGN].contains(&disposition(*number).sa_sigaction);
         if let Some(number) = self.last.filter(handled) {
             let _ = signal_hook::low_level::raise(number);
@@ -194,8 +194,8 @@ impl Interrupted {
     }
 }
 
-/// Does something that may wait for a reader for ever, after everything else is done: whoever asks for the end now gets
-/// it, with [`report::exit::INTERRUPTED`]. Where no signal has been minded before, they do what they always do.
+/// Does something that may wait for a reader for ever, after everything else is done: a signal that asks for the end ends
+/// the process immediately, with [`report::exit::INTERRUPTED`]. Where no signal has been minded before, they do what they always do.
 pub fn ending_at_once<T>(work: impl FnOnce() -> T) -> T {
     extern "C" fn end(_: c_int) {
         // SAFETY: ends the process, which is async-signal-safe.

@@ -2,7 +2,7 @@
 
 use crate::processes::state_word;
 use bus::{Progress, WorldObserver, clock};
-use model::{Mode, Scenario, Seat};
+use model::{Scenario, Seat};
 use protocol::operator_to_daemon::{RobotStatus, Status};
 use protocol::world_to_robot::Odometry;
 
@@ -44,12 +44,7 @@ pub fn of(
     let tick_age_ns = clock::now_ns().saturating_sub(progress.stamp_ns);
     Status {
         scenario: scenario.name.clone(),
-        mode: match scenario.clock.mode {
-            Mode::Single => "single",
-            Mode::Lockstep => "lockstep",
-            Mode::Realtime => "realtime",
-        }
-        .to_owned(),
+        mode: scenario.clock.mode.word().to_owned(),
         tick: progress.tick,
         time_s: progress.tick as f64 * scenario.clock.dt_s(),
         daemon_pid,

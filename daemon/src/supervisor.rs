@@ -14,9 +14,9 @@ use crate::processes::{Change, Children, Who, now};
 use crate::signals::Signals;
 use crate::status;
 use bus::{
-    Address, Footing, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Services, Sizes,
+    Address, Footing, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Responder, Services,
+    Sizes, StatsSnapshot, WorldObserver, clean, clock,
 };
-use bus::{Responder, StatsSnapshot, WorldObserver, clean, clock};
 use ending::full_memory;
 use model::{Scenario, Seat};
 use protocol::codec;

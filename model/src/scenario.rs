@@ -24,7 +24,7 @@ pub const CPU_MAX: u16 = 1023;
 pub struct Scenario {
     /// Its name, for reports.
     pub name: String,
-    /// TimelineAction it shows, one line.
+    /// What it shows, one line.
     pub description: String,
     /// The world's edges. They are not walls.
     pub bounds: Bounds,
@@ -36,17 +36,17 @@ pub struct Scenario {
     pub processes: Processes,
     /// How the radio behaves at the start.
     pub radio: Radio,
-    /// TimelineAction stands or moves in the world besides robots.
+    /// What stands or moves in the world besides robots.
     pub obstacles: Vec<Obstacle>,
     /// The robots; the index is the slot. Late joiners are among them.
     pub robots: Vec<Robot>,
-    /// TimelineAction a robot added while the fleet runs is where the request says nothing: the scenario's defaults.
+    /// What a robot added while the fleet runs is where the request says nothing: the scenario's defaults.
     pub template: Robot,
-    /// TimelineAction happens when, sorted by tick; equal ticks keep the order of the file.
+    /// What happens when, sorted by tick; equal ticks keep the order of the file.
     pub events: Vec<TimelineEvent>,
     /// When the run counts as a success.
     pub expect: Expect,
-    /// TimelineAction is questionable about it: for people, nothing depends on it.
+    /// What is questionable about it: for people, nothing depends on it.
     pub warnings: Vec<Problem>,
 }
 
@@ -129,7 +129,7 @@ pub enum Stop {
 pub struct Fleet {
     /// Slots; the fleet's services are made for this many robots.
     pub max_robots: usize,
-    /// TimelineAction happens to a robot that does not answer.
+    /// What happens to a robot that does not answer.
     pub straggler: StragglerPolicy,
     /// `lockstep`: a robot that keeps a tick waiting for this long (its own time, not that of a loaded machine), s, is a
     /// straggler.
@@ -140,7 +140,7 @@ pub struct Fleet {
     pub start_limit_s: f64,
 }
 
-/// TimelineAction happens to a robot whose process is stopped or over the limit. Death is not a matter of policy.
+/// What happens to a robot whose process is stopped or over the limit. Death is not a matter of policy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StragglerPolicy {
@@ -236,7 +236,7 @@ impl Radio {
     /// Longest delay: a receiver remembers this many poses of each neighbour.
     pub const DELAY_TICKS_MAX: u32 = 255;
 
-    /// Whether every pose that comes in range is heard, and at once.
+    /// Whether every pose that comes in range is heard, without an added delay.
     pub fn is_sure(&self) -> bool {
         self.delay_ticks == 0 && self.drop <= 0.0
     }
@@ -329,12 +329,12 @@ pub enum Motion {
         points: Vec<Point2<f64>>,
         /// Speed, m/s.
         speed_mps: f64,
-        /// TimelineAction comes after the last point.
+        /// What comes after the last point.
         then: AtEnd,
     },
 }
 
-/// TimelineAction a motion along waypoints does at its end.
+/// What a motion along waypoints does at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AtEnd {
@@ -353,9 +353,9 @@ pub struct Robot {
     pub id: String,
     /// How it moves.
     pub kind: BodyKind,
-    /// TimelineAction its body can do.
+    /// What its body can do.
     pub limits: Limits,
-    /// TimelineAction it is built like, if it is an arm.
+    /// What it is built like, if it is an arm.
     pub arm: Option<ArmSetup>,
     /// Body radius, m; of an arm, half the thickness of its links.
     pub radius_m: f64,
@@ -389,7 +389,7 @@ pub struct Robot {
     pub sees_robots: bool,
     /// Whether the method may look at the map of fixed obstacles.
     pub knows_map: bool,
-    /// TimelineAction happens when its process ends unasked.
+    /// What happens when its process ends unasked.
     pub restart: Restart,
     /// The executable to start as its agent; `None` is shoal itself.
     pub agent: Option<String>,
@@ -411,7 +411,7 @@ impl ArmSetup {
     }
 }
 
-/// TimelineAction happens when the process of a robot ends unasked.
+/// What happens when the process of a robot ends unasked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Restart {
     /// How often it may be started again; 0 is never.
@@ -425,11 +425,11 @@ pub struct Restart {
 pub struct TimelineEvent {
     /// The tick.
     pub tick: u64,
-    /// TimelineAction happens.
+    /// What happens.
     pub what: TimelineAction,
 }
 
-/// TimelineAction can happen.
+/// What can happen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum TimelineAction {
     /// The robot of this slot enters the world; before that it is not there.
@@ -469,7 +469,7 @@ pub enum TimelineAction {
     Radio {
         /// Slot of the receiver; `None` is all.
         robot: Option<usize>,
-        /// TimelineAction it is from now on.
+        /// What it is from now on.
         radio: Radio,
     },
 }

@@ -21,7 +21,7 @@ pub struct Method {
     pub kinds: &'static [BodyKind],
     /// Its parameters.
     pub params: fn() -> Vec<ParamSpec>,
-    /// The greatest speed that it asks of a body with these parameters and ticks of so many seconds, m/s: infinite if it
+    /// The greatest speed that it asks of a body with these parameters and this length of a tick (s), m/s: infinite if it
     /// uses what the body has. Its defaults do.
     pub speed_mps: fn(&ParamValues, f64) -> f64,
     /// Builds it for one robot.

@@ -1,4 +1,4 @@
-//! TimelineAction the daemon tells an agent when it starts it: a file in the root of the run, read once.
+//! What the daemon tells an agent when it starts it: a file in the root of the run, read once.
 
 use model::{Clock, Radio, Robot, Scenario, Seat, TimelineAction};
 use serde::{Deserialize, Serialize};

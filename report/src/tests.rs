@@ -470,7 +470,7 @@ fn starvation() {
     check(Mode::Single, None, Some(0.9), false);
 }
 
-/// Statistics are files that a process of the same user may remove, and an own agent may write none: what nobody measured
+/// Statistics are files that a process of the same user may remove, and an own agent may write none: what was not measured
 /// says nothing against the run.
 #[test]
 fn a_realtime_run_without_statistics_keeps_its_verdict() {

@@ -82,7 +82,7 @@ fn headline(page: &mut Page, report: &Report) {
         _ => format!(", {} on patrol: {} rounds", rounds.len(), rounds.iter().sum::<u32>()),
     };
     page.words(&format!("{}: {}: {arrived} {when}, {contacts}{rounds}", word_of(report), report.scenario), 4);
-    let mode = mode_name(report.mode);
+    let mode = report.mode.word();
     let rtf = report.rtf.map_or_else(String::new, |rtf| format!(" (x{rtf:.2})"));
     page.words(
         &format!(
@@ -412,15 +412,6 @@ fn robot_row(robot: &RobotReport, report: &Report) -> Vec<String> {
         robot.pid.map_or_else(String::new, |pid| pid.to_string()),
         note.to_string(),
     ]
-}
-
-/// The name of a clock mode, as on the command line.
-pub fn mode_name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Single => "single",
-        Mode::Lockstep => "lockstep",
-        Mode::Realtime => "realtime",
-    }
 }
 
 /// A time for people: `60 s`, `12.34 s`.

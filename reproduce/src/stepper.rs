@@ -41,7 +41,7 @@ pub enum Arrival {
 }
 
 impl Rules {
-    /// All plan on one snapshot of fresh poses; turns come before drives; whoever comes within the tolerance has arrived.
+    /// All plan on one snapshot of fresh poses; turns come before drives; a robot that comes within the tolerance has arrived.
     pub fn snapshot(dt_s: f64) -> Rules {
         Rules {
             dt_s,

@@ -13,7 +13,7 @@ pub(crate) fn late(root: &Node) -> HashSet<&str> {
     joins.filter_map(|node| node.text("robot")).collect()
 }
 
-/// TimelineAction events are checked against.
+/// What events are checked against.
 pub(crate) struct Stage<'a> {
     pub(crate) robots: &'a [Robot],
     /// No robot is missing from them because of another problem.

@@ -1,4 +1,4 @@
-//! TimelineAction can be run as it stands and yet is hardly meant: told before the run and in its report.
+//! What can be run as it stands and yet is hardly meant: told before the run and in its report.
 
 use crate::check::Source;
 use crate::problems::{Origin, Report};

@@ -1,4 +1,4 @@
-//! TimelineAction a scenario means: layers, presets, overrides, times, motions, and robots added later.
+//! What a scenario means: layers, presets, overrides, times, motions, and robots added later.
 
 use model::*;
 use model::{BodyKind, ParamValue, ParamValues};

@@ -12,7 +12,7 @@ static TAKEN: Mutex<usize> = Mutex::new(0);
 static FREED: Condvar = Condvar::new();
 
 impl Permit {
-    /// Waits until there are so many places, and takes them.
+    /// Waits until this number of places is free, and takes them.
     pub(crate) fn take(fleets: usize) -> Permit {
         assert!(fleets <= FLEETS_MAX);
         let taken = TAKEN.lock().unwrap_or_else(PoisonError::into_inner);

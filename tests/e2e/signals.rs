@@ -1,4 +1,4 @@
-//! Signals, and pipes that nobody reads: whoever starts, contains and ends processes does it in his own way.
+//! Signals, and pipes that are not read: supervisors start, contain and end processes in their own ways.
 
 use crate::support::{Ended, Fleet, Run, assert_clean, example, lanes, run, shoal, signal, wait_for};
 use rustix::fs::{OFlags, fcntl_setfl};

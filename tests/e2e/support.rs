@@ -135,7 +135,7 @@ impl Run {
         self.command.stdout(self.stdout.take().unwrap_or(kept_out.into()));
         self.command.stderr(self.stderr.take().unwrap_or(kept_err.into()));
         let ignored = self.ignored;
-        // Whoever runs these tests may have had signals ignored, as a shell does in the background: that is not to be
+        // These tests may run with signals ignored, as a shell does in the background: that is not to be
         // inherited.
         let dispositions = move || {
             for signal in [Signal::INT, Signal::TERM, Signal::HUP] {

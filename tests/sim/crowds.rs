@@ -1,4 +1,4 @@
-//! A hundred robots that push each other for a minute: nobody is lost, every contact is counted once, and none is deeper
+//! A hundred robots that push each other for a minute: no robot is lost, every contact is counted once, and none is deeper
 //! than is said here. Bodies pass through each other where their planners let them: the world does not hold them back.
 
 use scenarios::Overrides;
@@ -50,7 +50,7 @@ fn a_hundred_robots_that_push_each_other() {
             assert_eq!(here, 100, "{planner}, tick {}", frame.tick);
         }
         assert!(report.per_robot.iter().all(|robot| robot.gone.is_none()), "{planner}");
-        // They do push: somebody gets nowhere, and is told from those who have arrived.
+        // They do push: some robots get nowhere, and the report tells them from those that have arrived.
         let stuck = told.deadlocked + told.livelocked + told.oscillating;
         assert!(stuck > 20 && told.arrived + stuck <= 100, "{planner}: {told:#?}");
     }

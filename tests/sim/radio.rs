@@ -43,7 +43,7 @@ fn without_any_message_and_without_eyes_everybody_is_alone() {
     });
 }
 
-/// Whoever hears nothing sees the others, whether nothing comes in range or everything is lost on the way.
+/// A robot that hears nothing sees the others, whether nothing comes in range or everything is lost on the way.
 #[test]
 fn without_any_message_everybody_is_seen() {
     seeds(1..=3, |seed| {

@@ -1,9 +1,9 @@
-//! TimelineAction a run came to, recomputed from where everybody was at every tick, by other means than the world's: every pair
+//! What a run came to, recomputed from where everybody was at every tick, by other means than the world's: every pair
 //! in every tick (no grid, no bounding boxes), closest approaches from the minimum of a parabola and from
 //! C. Ericson, "Real-Time Collision Detection", 5.1.9, insides from winding numbers, contacts from a memory of who
 //! overlaps whom, arrivals from a referee of its own.
 //!
-//! TimelineAction it shares with the world are the definitions. Between two ticks every centre moves straight and evenly (of a
+//! What it shares with the world are the definitions. Between two ticks every centre moves straight and evenly (of a
 //! unicycle: on the chord). Overlaps of less than 1 nm are none. How deep a polygon is entered is taken at the ends of
 //! a tick. A robot that is new to the world comes from its start. The joints of an arm turn evenly; what its links come
 //! near is looked up at many instants of a tick, so clearances are right to [`ARM_M`], and only contacts that are deeper
@@ -15,7 +15,7 @@ use nalgebra::{Point2, Vector2};
 use std::collections::{HashSet, VecDeque};
 
 const TOUCH_M: f64 = 1e-9;
-/// TimelineAction is said of arms is right to this, m, as long as nobody is faster than some metres per second.
+/// What is said of arms is right to this, m, as long as nobody is faster than some metres per second.
 pub const ARM_M: f64 = 1e-3;
 /// Instants of a tick at which arms are looked at.
 const INSTANTS: u32 = 200;
@@ -156,7 +156,7 @@ pub fn recompute(scenario: &Scenario, frames: &[Frame]) -> Truth {
     truth
 }
 
-/// TimelineAction a robot does in one tick.
+/// What a robot does in one tick.
 struct Way {
     slot: usize,
     from: Point2<f64>,

@@ -3,8 +3,7 @@
 use crate::dice::MS;
 use crate::shared::{Board, Shared};
 use daemon::coordinator::Ending;
-use model::Mode;
-use model::Seat;
+use model::{Mode, Seat};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::PosePair;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -30,7 +29,7 @@ pub(crate) enum Fate {
     Fails,
     /// It never becomes ready.
     Hangs,
-    /// It ends when it hears somebody for the first time.
+    /// It ends when it hears another robot for the first time.
     Deaf,
     /// The world cannot read what it says.
     Mute,

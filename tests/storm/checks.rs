@@ -6,8 +6,7 @@ use crate::plan::START_LIMIT_MS;
 use crate::shared::Shared;
 use bus::queue::BACKLOG_MAX;
 use daemon::coordinator::{State, WAITING_MAX};
-use model::Seat;
-use model::{Drive, Mode};
+use model::{Drive, Mode, Seat};
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::Notice;
 use std::collections::BTreeMap;
@@ -30,7 +29,7 @@ pub(crate) struct Checks {
 }
 
 impl Checks {
-    /// The world waits for nobody without a bound: a process that does not come up is given up.
+    /// The world never waits without a bound: a process that does not come up is given up.
     pub(crate) fn waited(&mut self, missing: &[Seat], daemon_awake_ns: u64) {
         self.awaited.retain(|seat, _| missing.contains(seat));
         for seat in missing {
@@ -39,7 +38,7 @@ impl Checks {
         }
     }
 
-    /// Robots come and go between two ticks, and it is said; whoever has just come is not heard yet.
+    /// Robots come and go between two ticks, and it is said; a newcomer is not heard yet.
     pub(crate) fn opened(&mut self, world: &World, notices: &[Notice]) {
         let tick = world.tick();
         let entered = notices.iter().filter_map(|notice| match notice {
@@ -59,7 +58,7 @@ impl Checks {
         self.states = states(world);
     }
 
-    /// Nobody comes or goes while a tick is open, and who was given a command moves.
+    /// No robot comes or goes while a tick is open, and a robot that was given a command moves.
     pub(crate) fn closed(&self, world: &World, commands: &[(Seat, Option<Command>)]) {
         let tick = world.tick() - 1;
         let change = states(world).into_iter().zip(&self.states).position(|(now, then)| now != *then);
@@ -173,7 +172,7 @@ pub(crate) fn agreement(fleet: &Fleet) {
     }
     for process in &fleet.kernel.processes {
         let known = coordinator.members().iter().any(|member| member.seat == process.seat && member.pid.is_some());
-        assert!(known, "the process of {:?} belongs to nobody", process.seat);
+        assert!(known, "the process of {:?} belongs to no robot", process.seat);
     }
 }
 
@@ -199,7 +198,7 @@ pub(crate) fn nobody_is_lost(fleet: &Fleet) {
         assert!(is_fine, "robot {} is lost: {seat:?}, {state:?}, restarts {:?}", robot.id, robot.restart);
     }
     for process in fleet.kernel.processes.iter().filter(|process| process.lives()) {
-        assert!(world.has_process(process.seat), "nobody wants the process of {:?}", process.seat);
+        assert!(world.has_process(process.seat), "the process of {:?} is not wanted", process.seat);
     }
 }
 

@@ -41,7 +41,7 @@ coverage! {
     failed_starts: "processes that fail, hang, or are deaf",
     late_starts: "processes that start late",
     deaths: "deaths: killed or crashed",
-    slow_deaths: "of those who were killed, such as did not end at once",
+    slow_deaths: "killed processes that did not end immediately",
     stops: "stops (SIGSTOP)",
     resumes: "resumes (SIGCONT)",
     timeline_kills: "kills of the timeline",
@@ -67,7 +67,7 @@ coverage! {
     refused: "requests refused",
     unconfirmed: "requests left unconfirmed",
     drained: "times that world and coordinator were compared",
-    said: "lines for whoever watches",
+    said: "lines for the watcher",
     broken_off: "runs that were broken off",
 }
 

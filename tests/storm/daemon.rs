@@ -41,7 +41,7 @@ pub(crate) struct Daemon {
     turned_at: u64,
     /// Every life that it has started.
     started: BTreeSet<model::Seat>,
-    /// How often somebody asked for the end, and it has not seen that yet.
+    /// Requests for the end that it has not seen yet.
     pub(crate) interrupts: u32,
     pub(crate) has_finished: bool,
     /// Notices of which it has said that it missed them.
@@ -179,7 +179,7 @@ impl Daemon {
                         shared.coverage.said += 1;
                     }
                     Action::News { .. } => shared.coverage.said += 1,
-                    Action::KillFleet => panic!("nobody was so impatient"),
+                    Action::KillFleet => panic!("nothing asked for a second end"),
                 }
             }
         }

@@ -9,10 +9,9 @@ use crate::operators::Operators;
 use crate::plan::Plan;
 use crate::shared::Shared;
 use crate::world::WorldProcess;
-use model::Mode;
-use model::Outcome;
+use model::{Mode, Outcome};
 
-/// A storm that does not come to an end within so many turns never will.
+/// A storm that has not ended within this number of turns never will.
 const TURNS_MAX: u64 = 300_000;
 
 pub(crate) struct Fleet {
@@ -29,7 +28,7 @@ pub(crate) struct Fleet {
     pub(crate) pause_ms: u64,
     plan: Plan,
     gust: u64,
-    /// Somebody wants the end.
+    /// The end has been asked for.
     pub(crate) broken_off: bool,
 }
 
@@ -82,7 +81,7 @@ impl Fleet {
             self.step();
             assert!(self.shared.coverage.turns < TURNS_MAX, "the run does not end");
         }
-        // A run whose robots have all arrived is over at once.
+        // A run whose robots have all arrived is over immediately.
         if self.world.world.tick() == self.plan.scenario.clock.ticks_max {
             checks::nobody_is_lost(&self);
         }

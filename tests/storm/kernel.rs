@@ -20,7 +20,7 @@ pub(crate) struct Process {
     pub(crate) stopped: bool,
     /// It sleeps in the kernel, and no signal wakes it.
     is_blocked: bool,
-    /// A signal that nobody can catch is on its way: it takes effect then, ns. What the process does before still counts.
+    /// A signal that cannot be caught is on its way: it takes effect then, ns. What the process does before still counts.
     dies: Option<u64>,
     ended: Option<Ending>,
     deaf_to: Option<u32>,
@@ -45,7 +45,7 @@ pub(crate) struct Kernel {
     pids: u32,
     /// The next processes that are started fare like this.
     pub(crate) fates: Vec<Fate>,
-    /// So many of the next processes cannot be started at all.
+    /// The number of next processes that cannot be started at all.
     pub(crate) refusals: usize,
 }
 
@@ -144,7 +144,7 @@ impl Kernel {
         changes
     }
 
-    /// Whether nothing is under way between processes and whoever reaps them.
+    /// Whether nothing is under way between processes and the daemon that reaps them.
     pub(crate) fn is_settled(&self) -> bool {
         self.processes.iter().all(|process| process.lives() && process.dies.is_none() && process.news.is_none())
     }
@@ -156,7 +156,7 @@ impl Kernel {
         }
     }
 
-    /// The run is over: whoever can run has one turn, and ends in it.
+    /// The run is over: each process that can run has one turn, and ends in it.
     pub(crate) fn everybody_ends(&mut self, shared: &mut Shared) {
         for index in 0..self.processes.len() {
             if self.processes[index].lives() && !self.processes[index].stopped && !self.processes[index].is_blocked {

@@ -19,9 +19,9 @@ pub(crate) struct Plan {
     pub(crate) notices_bytes: usize,
     /// From this tick on nothing bad happens.
     pub(crate) calm_tick: u64,
-    /// Somebody wants the end at this tick, in the middle of the storm.
+    /// The end is asked for at this tick, in the middle of the storm.
     pub(crate) break_off: Option<u64>,
-    /// How often the weather does something: within so many ms.
+    /// The weather does something once within this time, ms.
     pub(crate) pause_ms: u64,
 }
 

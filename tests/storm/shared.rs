@@ -82,7 +82,7 @@ pub(crate) struct Shared {
     /// Notices that found no room: counters that the world writes.
     pub(crate) missed: Missed,
     pub(crate) calls: Calls,
-    /// How long the daemon has run, ns: what it slept through while it was stopped is nobody's waiting time.
+    /// How long the daemon has run, ns: what it slept through while it was stopped is not waiting time.
     pub(crate) daemon_awake_ns: u64,
     /// The world's process has ended.
     pub(crate) world_ended: bool,
@@ -132,7 +132,7 @@ impl Shared {
     }
 
     /// Says what happens.
-    #[expect(clippy::print_stderr, reason = "somebody wants to know why a seed fails")]
+    #[expect(clippy::print_stderr, reason = "asked for, to see why a seed fails")]
     pub(crate) fn tell(&self, what: impl FnOnce() -> String) {
         if self.aloud {
             eprintln!("{:10.4} {}", (self.now as f64 - 1e12) * 1e-9, what());

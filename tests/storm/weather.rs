@@ -47,7 +47,7 @@ impl Fleet {
         let chosen = ACTS.iter().find(|(times, _)| number.checked_sub(*times).map(|rest| number = rest).is_none());
         let mut act = chosen.expect("they make a hundred").1;
         if self.broken_off && self.shared.dice.permille(300) {
-            // Whoever wants the end may not wait for it.
+            // A second request may follow the first.
             act = Act::StopDaemon;
         }
         self.shared.tell(|| format!("weather: {act:?}"));

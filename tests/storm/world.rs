@@ -5,9 +5,7 @@ use crate::checks::Checks;
 use crate::dice::MS;
 use crate::shared::Shared;
 use bus::queue::{NoticeQueue, Sent};
-use model::Drive;
-use model::Seat;
-use model::{Mode, Scenario};
+use model::{Drive, Mode, Scenario, Seat};
 use protocol::codec;
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
@@ -128,7 +126,7 @@ impl WorldProcess {
                 self.attendance.await_answers(shared.now);
                 shared.calls.agents = true;
                 self.stage = Stage::Answers;
-                // A tick that nobody takes part in is over at once.
+                // A tick without participants is over immediately.
                 self.wake = if self.world.participants().is_empty() { shared.now + MS } else { self.wake };
             }
         }
@@ -156,7 +154,7 @@ impl WorldProcess {
         let memory = &shared.memory;
         self.attendance.missing(&self.world, &|seat| memory.answered(seat, tick), &mut self.missing);
         if !self.missing.is_empty() {
-            // No kernel says what they did meanwhile: all of the time counts.
+            // The kernel does not say what they did in this time: all of it counts.
             let overdue = self.attendance.overdue(shared.now, &self.missing, &mut |_| None);
             for seat in overdue {
                 shared.coverage.overdue += 1;
@@ -210,7 +208,7 @@ impl WorldProcess {
         }
         self.checks.commanded(&self.world, self.mode, &self.commands, shared, self.command_timeout_ns);
         if shared.dice.permille(200) {
-            // The processor goes to somebody else for a moment.
+            // The processor goes to another process for a moment.
             self.stage = Stage::Close;
             self.wake = shared.now + shared.haste();
         } else {
@@ -329,7 +327,7 @@ impl WorldProcess {
         shared.calls.daemon = true;
     }
 
-    /// Whether it sleeps until somebody calls it, and not until a time.
+    /// Whether it sleeps until it is called, and not until a time.
     pub(crate) fn waits_for_calls(&self) -> bool {
         matches!(self.stage, Stage::Due | Stage::Meeting { .. } | Stage::Answers)
     }

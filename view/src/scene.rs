@@ -2,7 +2,7 @@
 
 use super::axes::{Span, span};
 use super::thin::thin;
-use model::{Mode, Shape};
+use model::Shape;
 use protocol::record::{Body, Record};
 use protocol::world_to_observer::FrameBody;
 use std::collections::HashMap;
@@ -255,11 +255,7 @@ fn subtitle(record: &Record) -> String {
         1 => "1 contact".to_owned(),
         n => format!("{n} contacts"),
     };
-    let mode = match scenario.clock.mode {
-        Mode::Single => "single",
-        Mode::Lockstep => "lockstep",
-        Mode::Realtime => "realtime",
-    };
+    let mode = scenario.clock.mode.word();
     format!("{arrived}, {contacts} · {mode}, {} ticks at {} Hz", outcome.ticks, scenario.clock.tick_hz)
 }
 

@@ -13,7 +13,7 @@ pub use stragglers::{PATIENCE, Seen};
 
 /// Who answers, of the robots of one world.
 pub struct Attendance {
-    /// Seats whose process does not answer: nobody waits for them. Each with its signs of life until then.
+    /// Seats whose process does not answer: they are not waited for. Each with its signs of life until then.
     silent: Vec<(Seat, u64)>,
     /// Of each slot, the tick after the last one in which it took part.
     took_part: Vec<u64>,
@@ -32,7 +32,7 @@ pub struct Attendance {
 }
 
 impl Attendance {
-    /// Of a fleet with this many slots, of which nobody has been missed.
+    /// Of a fleet with this many slots, none of which has been missed.
     pub fn new(slots: usize, straggler_limit: Duration, command_timeout_ns: u64) -> Attendance {
         Attendance {
             silent: Vec::new(),
@@ -68,8 +68,8 @@ impl Attendance {
         }
     }
 
-    /// Nobody waits for this seat any more; what it means is the world's business. A seat that is not in the world, or
-    /// not any more, is nobody: what is said of it must not fall on the robot that has its place later.
+    /// This seat is not waited for any more; what that means is the world's business. A seat that is not in the world, or
+    /// not any more, is ignored: what is said of it must not fall on the robot that has its place later.
     pub fn give_up(&mut self, world: &mut World, seat: Seat, cause: Absence, signs: &dyn Fn(Seat) -> u64) {
         let matters = match cause {
             // That it does not answer is known.
@@ -129,7 +129,7 @@ impl Attendance {
 
     /// Who of the missing has kept the tick waiting for too long. `see` asks the kernel.
     pub fn overdue(&mut self, now_ns: u64, missing: &[Seat], see: &mut dyn FnMut(Seat) -> Option<Seen>) -> Vec<Seat> {
-        // Whoever wants the run to end does not want to wait for a robot that hangs.
+        // A run that is to end does not wait for a robot that hangs.
         let short = PATIENCE.min(self.straggler_limit).as_nanos() as u64;
         if self.stopping && now_ns.saturating_sub(self.opened_ns) > short {
             return missing.to_vec();
@@ -144,7 +144,7 @@ impl Attendance {
         self.commanded_ns.fill(start_ns);
     }
 
-    /// Time stood still for the world's process until now: nobody could do anything new meanwhile.
+    /// Time stood still for the world's process until now: no robot could give a new command in that time.
     pub fn stood_still(&mut self, now_ns: u64) {
         self.resumed_ns = now_ns;
     }

@@ -49,7 +49,7 @@ impl Body {
         }
     }
 
-    /// Its links are seen by sensors, whoever hears it: only its tip is heard.
+    /// Its links are seen by sensors, also of robots that hear it: only its tip is heard.
     pub(crate) fn has_seen_links(&self) -> bool {
         self.in_world && self.is_arm()
     }

@@ -1,7 +1,7 @@
 //! When the periods of a `realtime` world begin. Pure.
 
 /// A `realtime` world that is late catches up, but not more than this many periods, or the life of a command if that is
-/// longer: robots would drive blind meanwhile. What is more is a gap.
+/// longer: robots would drive blind for that time. What is more is a gap.
 const CATCH_UP_PERIODS: u64 = 10;
 
 /// Periods of equal length, one after the other.

@@ -12,8 +12,7 @@
 //!
 //! Standing without progress is a deadlock. Driving without progress is an oscillation when the direction of driving is
 //! reversed (a turn of more than 90 degrees from one tick in motion to the next) at least once in [`REVERSAL_S`], else a
-//! livelock. A robot
-//! whose planner is still looking for a way is neither (`World::planned`).
+//! livelock. A robot whose planner is still looking for a way is neither (`World::planned`).
 
 use model::Stall;
 use nalgebra::{Point2, Vector2};

@@ -38,7 +38,7 @@ struct Receiver {
     radio_kept: f64,
     sensor: f64,
     sees_robots: bool,
-    /// Whoever it hears at all it hears in every tick.
+    /// A robot that it hears at all it hears in every tick.
     hears_surely: bool,
 }
 

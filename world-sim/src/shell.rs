@@ -271,7 +271,7 @@ impl Shell {
     }
 
     /// Before the first period of `realtime`: everybody opens the boards of those whom it will hear in the second, which
-    /// takes as long as many periods. Whoever is not done within the limit of stragglers does the rest later. A robot that
+    /// takes as long as many periods. An agent that is not done within the limit of stragglers does the rest later. A robot that
     /// died before it was ready is not among them: what there is of its board may be half made.
     fn meet(&mut self) {
         let mut foreseen = self.world.foreseen();

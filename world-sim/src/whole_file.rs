@@ -6,8 +6,10 @@
 //! file in a directory that is not writable: there the content is kept in memory until it is whole, and then written into
 //! the file that is there, once room for it has been reserved.
 
-use rustix::fs::{AtFlags, CWD, FallocateFlags, MemfdFlags, Mode, OFlags, StatxAttributes, StatxFlags};
-use rustix::fs::{fallocate, linkat, memfd_create, openat, statx};
+use rustix::fs::{
+    AtFlags, CWD, FallocateFlags, MemfdFlags, Mode, OFlags, StatxAttributes, StatxFlags, fallocate, linkat,
+    memfd_create, openat, statx,
+};
 use rustix::io::Errno;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Seek, Write};

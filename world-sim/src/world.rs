@@ -77,7 +77,7 @@ pub struct World {
     pieces_changed: Vec<usize>,
 }
 
-/// TimelineAction has to be written because the tick opened: slots and indices, sorted. The views of [`World`] say what.
+/// What has to be written because the tick opened: slots and indices, sorted. The views of [`World`] say what.
 #[derive(Clone, Copy, Debug)]
 pub struct Opening<'a> {
     /// Slots whose odometry is new: all participants, and robots that no longer take part since this tick.
@@ -229,7 +229,7 @@ impl World {
         self.opening()
     }
 
-    /// TimelineAction the open tick changed, once more: the borrow of [`open`](World::open) excludes the views.
+    /// What the open tick changed, once more: the borrow of [`open`](World::open) excludes the views.
     pub fn opening(&self) -> Opening<'_> {
         Opening {
             odometry: &self.odometry_changed,

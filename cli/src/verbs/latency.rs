@@ -13,7 +13,7 @@ use histogram::Spread;
 use model::{Mode, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
 use report::measured::{self, seat_of};
-use report::text::{blame_words, latency_lines, mode_name, percentile_cells, percentile_columns};
+use report::text::{blame_words, latency_lines, percentile_cells, percentile_columns};
 use report::{Column, LatencyFacts, LoopLatency, Page, Percentiles, judge, table};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -168,7 +168,7 @@ impl Look {
             "schema": "shoal.latency/1",
             "fleet": self.fleet,
             "scenario": self.scenario,
-            "mode": mode_name(self.mode),
+            "mode": self.mode.word(),
             "tick_hz": self.tick_hz,
             "tick": self.tick,
             "verdict": judge::verdict(&because, &[]),
@@ -190,7 +190,7 @@ impl Look {
                 "fleet {}: {}, {} at {} Hz, tick {} ({:.1} s); so far {verdict}",
                 self.fleet,
                 self.scenario,
-                mode_name(self.mode),
+                self.mode.word(),
                 self.tick_hz,
                 self.tick,
                 self.tick as f64 / self.tick_hz

@@ -5,7 +5,6 @@ use crate::exit::{self, Failure, Line};
 use crate::out;
 use crate::source;
 use model::{Mode, Problem, Scenario};
-use report::text::mode_name;
 use scenarios::Overrides;
 use serde::Serialize;
 use std::ffi::{OsStr, OsString};
@@ -163,7 +162,7 @@ fn ok_line(entry: &Entry, described: bool) -> String {
         count(entry.obstacles, "obstacle"),
         count(entry.events, "event"),
         entry.duration_s.unwrap_or(0.0),
-        entry.mode.map_or("", mode_name),
+        entry.mode.map_or("", Mode::word),
         entry.tick_hz.unwrap_or(0.0),
     )
 }

@@ -119,7 +119,7 @@ fn what_is_said_late_of_a_process_that_has_ended_changes_nothing() {
 
 #[test]
 fn a_life_that_is_over_before_it_is_started_is_not_started() {
-    // All of this is heard at once, by a daemon that was away.
+    // The daemon was away, and hears all of this in one batch.
     let heard = |notices: Vec<Notice>, reaped: bool| {
         let mut coordinator = running(&[]);
         if reaped {

@@ -21,7 +21,7 @@ crate::params! {
         v_r_m: f64 = 0.0, "m", 0.0..=1e6;
         /// Greatest radius of virtual obstacles with the robot's, in steps; 0: no limit, as in the paper.
         v_r_cap_steps: f64 = 0.5, "steps", 0.0..=100.0;
-        /// The descent ends within so many steps of the goal. Larger: farther from it.
+        /// The descent ends within this number of steps of the goal. Larger: farther from it.
         tolerance_steps: f64 = 1.0, "steps", 0.0..=1000.0;
         /// Never step over a body that is thinner than a step. Not in the paper.
         no_jumping: bool = true, "";

@@ -113,7 +113,7 @@ pub struct PsoViaPoints {
     watch: Watch,
     /// What is being planned for.
     asked: Option<Asked>,
-    /// BodyKind that memory was taken for.
+    /// Kind that memory was taken for.
     prepared: Option<bool>,
 }
 

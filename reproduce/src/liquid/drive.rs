@@ -24,7 +24,7 @@ pub(super) struct Setup {
     pub(super) scene: Scene,
     /// Parameters that are not the methods' defaults, which are the paper's.
     pub(super) changes: ParamValues,
-    /// Gives up after so many virtual obstacles; the specification tried up to 500 where a scene has no budget.
+    /// Gives up after this number of virtual obstacles; the specification tried up to 500 where a scene has no budget.
     pub(super) budget: u32,
 }
 

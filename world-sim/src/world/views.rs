@@ -1,4 +1,4 @@
-//! TimelineAction can be read of the world, between its changes.
+//! What can be read of the world, between its changes.
 
 use super::World;
 use crate::arm;
@@ -112,7 +112,7 @@ impl World {
         &self.participants
     }
 
-    /// TimelineAction the robot is told of itself. The stamp is 0: whoever writes it knows the time.
+    /// What the robot is told of itself. The stamp is 0: its writer knows the time.
     pub fn odometry(&self, slot: usize) -> Odometry {
         let (body, referee) = (&self.bodies[slot], self.referees[slot].as_ref());
         let goal = referee.map_or(body.pose.position, Referee::goal);
@@ -207,7 +207,7 @@ impl World {
         }
     }
 
-    /// TimelineAction comes before the bodies of a frame. The stamp is 0: whoever writes it knows the time.
+    /// What comes before the bodies of a frame. The stamp is 0: its writer knows the time.
     pub fn frame_header(&self) -> FrameHeader {
         FrameHeader {
             tick: self.tick,

@@ -359,7 +359,7 @@ fn between(a: &[Capsule], b: &[Capsule]) -> f64 {
 const STEPS: u32 = 400;
 /// Nothing comes nearer than this between two of them: the fastest points make 10 m/s together.
 const MISSED_M: f64 = 10.0 / HZ / STEPS as f64;
-/// TimelineAction a sweep may miss.
+/// What a sweep may miss.
 const SWEEP_M: f64 = 1e-4;
 
 proptest! {

@@ -165,7 +165,7 @@ impl Driver {
         stints
     }
 
-    /// TimelineAction was said of a slot, log entries as `kind`, the rest as `Name.incarnation`, each with its tick.
+    /// What was said of a slot, log entries as `kind`, the rest as `Name.incarnation`, each with its tick.
     pub(crate) fn story(&self, slot: u32) -> String {
         let line = |(tick, notice): &(u64, Notice)| {
             let (name, seat) = match notice {

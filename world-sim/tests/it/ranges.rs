@@ -68,7 +68,7 @@ fn every_body_is_heard_or_seen_but_never_both() {
         at(9, TimelineAction::Leave { robot: 3 }),
     ];
     let mut driver = Driver::new(&scenario);
-    // TimelineAction robot 0 hears and sees; pieces: one obstacle out of sight, then the slots.
+    // What robot 0 hears and sees; pieces: one obstacle out of sight, then the slots.
     let table: [(&[u32], &[u16]); 11] = [
         (&[], &[2, 4]),
         (&[1, 3], &[]),

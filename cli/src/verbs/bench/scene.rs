@@ -51,7 +51,7 @@ impl Scene {
             .with("clock.stop", "duration")
             .with("defaults.planner", self.planner)
             .with("defaults.sensor_range_m", sensor_m)
-            // What is measured are so many neighbours heard and so many obstacles seen.
+            // The scene fixes the number of neighbours that are heard and of obstacles that are seen.
             .with("defaults.sees_robots", false)
             .with("defaults.radio_range_m", radio_m)
             .with("defaults.radio_hysteresis_m", 0.1)

@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 #[derive(Default)]
 pub(super) struct Fleets {
     pub(super) series: Vec<Series>,
-    /// Somebody broke it off.
+    /// Interrupted.
     pub(super) broken: bool,
     /// The machine does not let a fleet run.
     pub(super) failure: Option<Failure>,
@@ -31,7 +31,7 @@ impl From<Failure> for Stop {
     }
 }
 
-/// Runs the fleets of a paper, each from so many starts, and adds their rows. No start, no fleet.
+/// Runs the fleets of a paper, each from this number of starts, and adds their rows. No start, no fleet.
 pub(super) fn run(paper: &str, runs: u32, rows: &mut Rows<'_>) -> Fleets {
     let mut fleets = Fleets::default();
     let ended = match (paper, runs) {
@@ -58,13 +58,13 @@ fn begin(rows: &mut Rows<'_>, what: &str) -> Result<(), Stop> {
 
 /// Runs a fleet of real processes to its end.
 fn lockstep(scenario: Scenario) -> Result<Finished, Stop> {
-    struct Nobody;
-    impl Watch for Nobody {
+    struct Unwatched;
+    impl Watch for Unwatched {
         fn progress(&mut self, _: &bus::Progress, _: f64) {}
         fn say(&mut self, _: &str) {}
         fn news(&mut self, _: &str, _: &str) {}
     }
-    let finished = supervisor::run(scenario, None, &mut Nobody).and_then(Finished::undisturbed);
+    let finished = supervisor::run(scenario, None, &mut Unwatched).and_then(Finished::undisturbed);
     let finished = finished.map_err(|error| match error.kind {
         daemon::Kind::Interrupted => Stop::Broken,
         _ => Stop::Failed(error.into()),

@@ -6,8 +6,7 @@
 
 use super::{Rows, Series, Stop, begin, lockstep};
 use crate::exit::Failure;
-use model::{Outcome, ParamValue, ParamValues};
-use model::{Robot, Scenario};
+use model::{Outcome, ParamValue, ParamValues, Robot, Scenario};
 use reproduce::amr_apf::layouts::{case1, case2, radii_m};
 use reproduce::amr_apf::replay::jittered;
 use reproduce::row::{Form, Item};

@@ -2,8 +2,7 @@
 //! with poses that are a tick old and whose age is known, as they are between processes.
 
 use super::{Stop, begin, lockstep};
-use model::BodyKind;
-use model::Scenario;
+use model::{BodyKind, Scenario};
 use reproduce::decentralized_apf::run as one_thread;
 use reproduce::row::{Item, Rows};
 use reproduce::scene::scenes_of;
