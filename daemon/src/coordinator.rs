@@ -192,6 +192,11 @@ impl Coordinator {
         self.actions.push(Action::Say(line));
     }
 
+    /// An event around the run for the watcher, of a kind of which there may be many.
+    pub fn news(&mut self, kind: &str, line: &str) {
+        self.actions.push(Action::News { kind: kind.to_owned(), line: line.to_owned() });
+    }
+
     /// What is to be done, in order.
     pub fn take_actions(&mut self) -> Vec<Action> {
         std::mem::take(&mut self.actions)

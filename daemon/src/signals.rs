@@ -15,6 +15,8 @@ pub const ENDINGS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 
 /// This process has minded one of [`ENDINGS`]: what they do by default is not what people expect of it any more.
 static MINDED: AtomicBool = AtomicBool::new(false);
+/// A fleet of this process has been asked to end: [`Interrupted`] knows of that while the fleet still runs.
+static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Those that were not ignored when this process was started. One that was (SIGHUP under `nohup`, SIGINT of a shell's
 /// background job) is not for us: it stays ignored.
@@ -136,6 +138,7 @@ impl Signals {
                 count += 1;
             }
             (self.asked, self.last) = (true, Some(number));
+            ASKED.store(true, SeqCst);
         }
         count
     }
@@ -188,9 +191,9 @@ impl Interrupted {
         Ok(Interrupted(flag))
     }
 
-    /// Whether somebody has asked for the end.
+    /// Whether the end has been asked for, by a signal to this process or to a fleet that it runs.
     pub fn yes(&self) -> bool {
-        self.0.load(SeqCst)
+        self.0.load(SeqCst) || ASKED.load(SeqCst)
     }
 }
 
@@ -210,4 +213,22 @@ pub fn ending_at_once<T>(work: impl FnOnce() -> T) -> T {
     let result = work();
     before.iter().for_each(|(signal, before)| set_disposition(*signal, before));
     result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_to_a_fleet_is_known_while_the_fleet_runs() {
+        let interrupted = Interrupted::watch().unwrap();
+        let mut fleet = Signals::install().unwrap();
+        assert!(!interrupted.yes());
+        // To this thread alone.
+        signal_hook::low_level::raise(SIGTERM).unwrap();
+        assert!(!interrupted.0.load(SeqCst), "it is held back");
+        assert_eq!(fleet.take_interrupts(), 1);
+        assert!(interrupted.yes());
+        assert_eq!(fleet.take_interrupts(), 0);
+    }
 }

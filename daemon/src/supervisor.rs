@@ -39,6 +39,11 @@ const FOOTING_EVERY: Duration = Duration::from_millis(250);
 /// How long the world may take to end once it has been asked to: some container runtimes kill after ten seconds.
 const ENDING_MAX: Duration = Duration::from_secs(8);
 
+/// Kind of the event that the world's process was stopped.
+pub const WORLD_STOPPED: &str = "world-stopped";
+/// Kind of the event that it goes on.
+pub const WORLD_GOES_ON: &str = "world-goes-on";
+
 /// A fleet whose first tick has begun.
 pub struct FleetView<'a> {
     /// Where it lives.
@@ -284,8 +289,10 @@ impl Supervisor {
                     self.children.last_words(who, now());
                     self.world_ending = Some(ending);
                 }
-                (Who::World, Change::Stopped) => self.coordinator.say("the world's process was stopped".to_owned()),
-                (Who::World, Change::Continued) => self.coordinator.say("the world's process goes on".to_owned()),
+                (Who::World, Change::Stopped) => {
+                    self.coordinator.news(WORLD_STOPPED, "the world's process was stopped");
+                }
+                (Who::World, Change::Continued) => self.coordinator.news(WORLD_GOES_ON, "the world's process goes on"),
                 (Who::Agent(seat), Change::Ended(ending)) => {
                     let words = self.children.last_words(who, now()).filter(|_| ending.code != Some(0));
                     let words = full_memory(ending).or(words);

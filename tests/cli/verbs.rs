@@ -2,7 +2,7 @@
 
 use crate::support::{Here, shoal};
 use serde_json::Value;
-use shoal_tests::process::{Ended, Place, text_of, wait_for};
+use shoal_tests::process::{Ended, Place, parent_of, text_of, wait_for};
 use std::path::Path;
 
 fn json(ended: &Ended) -> Value {
@@ -172,6 +172,29 @@ fn reproduction_can_be_interrupted() {
     assert_eq!((&document["interrupted"], &document["exit_code"]), (&true.into(), &130.into()), "{ended}");
     let papers = document["papers"].as_array().expect("a list");
     assert_eq!(papers.last().map(|paper| &paper["complete"]), Some(&false.into()), "{ended}");
+}
+
+/// The bench of the loop stops its fleet again and again. Broken off, it lets the fleet go on to its end, and what it did to
+/// the fleet is no news.
+#[test]
+fn the_bench_of_the_loop_can_be_interrupted() {
+    let _place = Place::take();
+    let here = Here::new();
+    let running = here.run("bench loop --robots 2 --planner straight --ticks 100000000 --format json").start();
+    let is_stopped_world = |process: &str| {
+        let pid = process.parse().ok().filter(|pid| parent_of(*pid) == Some(running.pid()))?;
+        let world = text_of(format!("/proc/{pid}/cmdline"))?.contains("world");
+        let stopped = text_of(format!("/proc/{pid}/status"))?.contains("State:\tT");
+        (world && stopped).then_some(())
+    };
+    wait_for("a turn of the barrier", || {
+        let mut processes = std::fs::read_dir("/proc").ok()?.flatten();
+        processes.find_map(|process| is_stopped_world(process.file_name().to_str()?))
+    });
+    running.signal(rustix::process::Signal::INT);
+    let ended = running.end();
+    assert_eq!((ended.code, &json(&ended)["interrupted"]), (Some(130), &true.into()), "{ended}");
+    assert!(!ended.stderr.contains("the world's process"), "{ended}");
 }
 
 #[test]

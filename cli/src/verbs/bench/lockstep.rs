@@ -11,7 +11,7 @@ use crate::exit::Failure;
 use crate::out;
 use bus::{Gate, Metric, clock};
 use daemon::signals::Interrupted;
-use daemon::supervisor::{self, FleetView, Watch};
+use daemon::supervisor::{self, FleetView, WORLD_GOES_ON, WORLD_STOPPED, Watch};
 use report::Column;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
@@ -237,7 +237,7 @@ impl Watch for Duel<'_> {
         if !self.enough() {
             self.failure = self.take_turns().err();
         }
-        // Whoever is to end must not be stopped.
+        // A world that is to end must not be stopped.
         if let Some(fleet) = self.fleet.as_ref().filter(|_| self.enough()) {
             let _ = kill_process(fleet.world, Signal::CONT);
         }
@@ -247,8 +247,11 @@ impl Watch for Duel<'_> {
         out::talk(line);
     }
 
-    fn news(&mut self, _: &str, line: &str) {
-        out::talk(line);
+    fn news(&mut self, kind: &str, line: &str) {
+        // That it stops the world is what this bench does.
+        if ![WORLD_STOPPED, WORLD_GOES_ON].contains(&kind) {
+            out::talk(line);
+        }
     }
 
     fn enough(&self) -> bool {
