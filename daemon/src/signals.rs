@@ -221,6 +221,8 @@ mod tests {
 
     #[test]
     fn a_signal_to_a_fleet_is_known_while_the_fleet_runs() {
+        // These tests may run with it ignored.
+        set_disposition(SIGTERM, &plain(SIG_DFL));
         let interrupted = Interrupted::watch().unwrap();
         let mut fleet = Signals::install().unwrap();
         assert!(!interrupted.yes());

@@ -4,10 +4,11 @@ use crate::places::Permit;
 use bus::{Address, Gate};
 use rustix::process::{Pid, Signal, geteuid, kill_process};
 use serde_json::Value;
+use shoal_tests::process::with_signals;
 use std::ffi::OsStr;
 use std::fs::{File, Permissions};
 use std::os::unix::fs::PermissionsExt;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
@@ -134,19 +135,7 @@ impl Run {
         let (kept_out, kept_err) = (File::create(&out).unwrap(), File::create(&err).unwrap());
         self.command.stdout(self.stdout.take().unwrap_or(kept_out.into()));
         self.command.stderr(self.stderr.take().unwrap_or(kept_err.into()));
-        let ignored = self.ignored;
-        // These tests may run with signals ignored, as a shell does in the background: that is not to be
-        // inherited.
-        let dispositions = move || {
-            for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
-                let to = if ignored == Some(signal) { libc::SIG_IGN } else { libc::SIG_DFL };
-                // SAFETY: neither runs any code of ours; the number is that of a real signal.
-                unsafe { libc::signal(signal.as_raw(), to) };
-            }
-            Ok(())
-        };
-        // SAFETY: between fork and exec it makes system calls only.
-        unsafe { self.command.pre_exec(dispositions) };
+        with_signals(&mut self.command, self.ignored);
         let words = std::iter::once(self.command.get_program()).chain(self.command.get_args());
         let shown = words.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ");
         let daemon = self.command.spawn().unwrap_or_else(|error| panic!("`{shown}`: {error}"));

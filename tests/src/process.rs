@@ -4,6 +4,7 @@
 use rustix::process::{Pid, Signal, kill_process};
 use std::ffi::OsStr;
 use std::io::Read;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Condvar, Mutex, PoisonError};
@@ -77,6 +78,7 @@ impl Run {
     /// # Panics
     /// When it cannot be started.
     pub fn start(mut self) -> Running {
+        with_signals(&mut self.command, None);
         let mut child = self.command.spawn().unwrap_or_else(|error| panic!("cannot start `{}`: {error}", self.shown));
         let (out, err) = (child.stdout.take().map(drain), child.stderr.take().map(drain));
         Running { child, out, err, shown: self.shown }
@@ -89,6 +91,21 @@ impl Run {
     pub fn end(self) -> Ended {
         self.start().end()
     }
+}
+
+/// Has a process start with the signals that ask for the end as they are by default, but for one that is to be ignored. These
+/// tests may run with some of them ignored, as a shell does in the background, and a process inherits that.
+pub fn with_signals(command: &mut Command, ignored: Option<Signal>) {
+    let dispositions = move || {
+        for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+            let to = if ignored == Some(signal) { libc::SIG_IGN } else { libc::SIG_DFL };
+            // SAFETY: neither runs any code of ours; the number is that of a real signal.
+            unsafe { libc::signal(signal.as_raw(), to) };
+        }
+        Ok(())
+    };
+    // SAFETY: between fork and exec it makes system calls only.
+    unsafe { command.pre_exec(dispositions) };
 }
 
 fn drain(mut from: impl Read + Send + 'static) -> JoinHandle<Vec<u8>> {
