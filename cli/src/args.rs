@@ -59,7 +59,7 @@ pub enum Verb {
     Bench(BenchVerb),
     /// Check scenarios without running them
     Validate(ValidateArgs),
-    /// Print the JSON Schema of scenario files
+    /// Print all keys of scenario files: JSON Schema or text
     Schema(SchemaArgs),
     /// List the planners, or describe one
     Planners(PlannersArgs),

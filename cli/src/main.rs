@@ -57,7 +57,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Reproduce(options) => verbs::reproduce::run(options),
         Verb::Bench(verb) => verbs::bench::run(verb),
         Verb::Validate(options) => verbs::validate::run(options),
-        Verb::Schema(_) => done(verbs::schema::run()),
+        Verb::Schema(options) => done(verbs::schema::run(options)),
         Verb::Planners(options) => done(verbs::planners::run(options)),
         Verb::Doctor(options) => verbs::doctor::run(options),
         Verb::Clean(options) => done(verbs::clean::run(options)),

@@ -23,6 +23,7 @@ mod obstacles;
 mod paper;
 mod problems;
 mod processes;
+mod reference;
 mod resolve;
 mod robots;
 mod schema;
@@ -36,7 +37,8 @@ pub use catalog::{CatalogEntry, UnknownScenario, catalog, find_catalog};
 pub use draft::{Draft, DraftValue};
 pub use paper::{Expectation, Paper};
 pub use problems::Problems;
-pub use schema::{help, schema};
+pub use reference::reference;
+pub use schema::schema;
 
 use document::{Raw, RawTable, RawValue};
 use model::{Mode, Scenario};

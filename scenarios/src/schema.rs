@@ -1,9 +1,7 @@
-//! The key table in two other forms: JSON Schema for editors, text for people.
+//! The key table as JSON Schema, for editors.
 
 use crate::keys::{ANY, COORDINATE, Key, Preset, Range, Section, Type};
-use crate::node::join;
 use crate::table::{ROOT, all_sections};
-use crate::walk::{describe_range, describe_type};
 use model::ParamValue;
 use planners::{METHODS, Method, ParamKind};
 use serde_json::{Map, Value, json};
@@ -186,70 +184,6 @@ fn bounded(ty: &str, min: Value, max: Value, has_min: bool, has_max: bool) -> Va
     schema
 }
 
-/// The scenario format as text: every section, every key with its type, bounds, default and meaning.
-pub fn help() -> String {
-    let mut text = String::new();
-    // Keys that several sections share are explained in the first.
-    let mut explained: Vec<(&[Key], &Section)> = Vec::new();
-    for section in all_sections() {
-        let _ = writeln!(text, "{}\n  {}", section.title, section.help);
-        for group in section.groups.iter().copied() {
-            match explained.iter().find(|(known, _)| known.len() > 1 && std::ptr::eq(*known, group)) {
-                Some((_, first)) => {
-                    let (from, to) = (group[0].name, group[group.len() - 1].name);
-                    let _ = writeln!(text, "  and the keys {from} to {to} of {}", first.title);
-                }
-                None => {
-                    explained.push((group, section));
-                    for key in group {
-                        let _ = writeln!(text, "  {:<22} {}", key.name, key_help(key));
-                    }
-                }
-            }
-        }
-        text.push('\n');
-    }
-    for method in METHODS {
-        let _ = writeln!(text, "{}\n  {}", join("planners", method.name), method.summary);
-        for spec in (method.params)() {
-            let unit = if spec.unit.is_empty() { String::new() } else { format!(" {}", spec.unit) };
-            let _ = writeln!(text, "  {:<22} {}; default {}{unit}. {}", spec.name, spec.kind, spec.default, spec.help);
-        }
-        text.push('\n');
-    }
-    text.truncate(text.trim_end().len());
-    text.push('\n');
-    text
-}
-
-fn key_help(key: &Key) -> String {
-    let mut text = describe_type(key.ty);
-    match key.ty {
-        Type::Float(range) => text = format!("{text} {}", describe_range(range)),
-        Type::Joints(range) => text = format!("{text}, each {}", describe_range(range)),
-        Type::Int { min, max } => text = format!("{text} {min} to {max}"),
-        Type::Numbers(max) => text = format!("{text}, each 0 to {max}"),
-        _ => {}
-    }
-    if !key.unit().is_empty() {
-        let _ = write!(text, ", {}", key.unit());
-    }
-    match key.preset {
-        Preset::Required => text.push_str("; required"),
-        Preset::Absent => {}
-        Preset::Value(value) => {
-            let _ = write!(text, "; default {value}");
-        }
-        Preset::Computed(words) => {
-            let _ = write!(text, "; default: {words}");
-        }
-    }
-    if !key.only.is_empty() {
-        let _ = write!(text, "; only {}", key.only.join(", "));
-    }
-    format!("{text}. {}", key.help)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -271,15 +205,14 @@ mod tests {
     }
 
     #[test]
-    fn every_key_of_the_table_is_in_the_schema_and_in_the_help() {
-        let (schema, help) = (schema(), help());
+    fn every_key_of_the_table_is_in_the_schema() {
+        let schema = schema();
         for section in all_sections() {
             let node = if std::ptr::eq(section, &ROOT) { &schema } else { &schema["$defs"][name(section)] };
             let variants = node["oneOf"].as_array().cloned().unwrap_or_else(|| vec![node.clone()]);
             for key in section.keys() {
                 let found = variants.iter().any(|variant| variant["properties"].get(key.name).is_some());
                 assert!(found, "{} has no `{}`", section.title, key.name);
-                assert!(help.contains(key.help), "no help for {}", key.name);
             }
         }
     }

@@ -1,8 +1,9 @@
-//! The schema and the help say what the parser does.
+//! The schema and the reference say what the parser does.
 
 use planners::METHODS;
 use serde_json::{Value, json};
-use shoal_scenarios::{catalog, help, schema};
+use shoal_scenarios::{catalog, reference, schema};
+use std::path::Path;
 
 /// The schema without what every new method changes.
 #[test]
@@ -23,21 +24,29 @@ fn schema_of_the_format() {
 
 #[test]
 fn every_parameter_of_every_method_is_in_the_schema() {
-    let (schema, help) = (schema(), help());
+    let (schema, reference) = (schema(), reference());
     for method in METHODS {
         let properties = &schema["$defs"][format!("params.{}", method.name)]["properties"];
         for spec in (method.params)() {
             assert!(properties[spec.name]["default"] != Value::Null, "{}.{}", method.name, spec.name);
-            assert!(help.contains(spec.help));
+            assert!(reference.contains(spec.help));
         }
     }
 }
 
+/// `UPDATE_DOCS=1 cargo test -p shoal-scenarios --test schema` rewrites the page.
 #[test]
-fn help_of_the_format() {
-    let help = help();
-    let (format, _methods) = help.split_once("planners.").unwrap();
-    insta::assert_snapshot!(format);
+#[expect(clippy::disallowed_methods, reason = "the test is about a file of this repository")]
+fn the_reference_in_docs_is_the_one_that_is_printed() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/scenario-reference.md");
+    if std::env::var("UPDATE_DOCS").is_ok() {
+        std::fs::write(&page, reference()).unwrap();
+    }
+    let kept = std::fs::read_to_string(&page).unwrap_or_default();
+    for (number, (kept, printed)) in kept.lines().zip(reference().lines()).enumerate() {
+        assert_eq!(kept, printed, "line {}; UPDATE_DOCS=1 writes the page", number + 1);
+    }
+    assert_eq!(kept.len(), reference().len(), "one of them goes on; UPDATE_DOCS=1 writes the page");
 }
 
 #[test]

@@ -33,6 +33,13 @@ fn json_is_json_and_nothing_else() {
 }
 
 #[test]
+fn the_reference_of_scenarios_is_the_page_in_docs() {
+    let ended = shoal("schema --format text");
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""), "{ended}");
+    assert!(ended.stdout == include_str!("../../docs/scenario-reference.md"), "docs/scenario-reference.md is another");
+}
+
+#[test]
 fn a_fleet_talks_on_standard_error_only() {
     let _place = Place::take();
     let ended = shoal("run late-join --mode lockstep --format json");

@@ -23,11 +23,12 @@ pub struct ValidateArgs {
 /// `shoal schema`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example:
-  shoal schema > shoal.schema.json          and point your editor at it")]
+Examples:
+  shoal schema > shoal.schema.json          and point your editor at it
+  shoal schema --format text                every key, to read")]
 pub struct SchemaArgs {
-    /// Output format; the schema is JSON in both
-    #[arg(long, value_enum, default_value_t)]
+    /// JSON Schema, or a reference in Markdown
+    #[arg(long, value_enum, default_value_t = Format::Json)]
     pub format: Format,
 }
 

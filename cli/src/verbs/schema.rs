@@ -1,5 +1,6 @@
-//! `shoal schema`: the JSON Schema of scenario files.
+//! `shoal schema`: the format of scenario files, as JSON Schema or as a page.
 
+use crate::args::{Format, SchemaArgs};
 use crate::exit::Failure;
 use crate::out;
 
@@ -7,6 +8,9 @@ use crate::out;
 ///
 /// # Errors
 /// When standard output cannot be written.
-pub fn run() -> Result<(), Failure> {
-    out::json(&scenarios::schema())
+pub fn run(options: &SchemaArgs) -> Result<(), Failure> {
+    match options.format {
+        Format::Json => out::json(&scenarios::schema()),
+        Format::Text => out::data(&scenarios::reference()),
+    }
 }

@@ -188,7 +188,7 @@ crate::params! {
         stale_s: f64 = 0.3, "s", 0.0..=60.0;
         /// Age from which a silent robot is forgotten; until then it is parked. Larger: keeps away from it longer.
         drop_s: f64 = 2.0, "s", 0.0..=60.0;
-        /// Forces to three decimals, and what else the programs do that nobody would mean: for comparing step counts.
+        /// Forces to three decimals, and the other oddities of the programs: for comparing step counts.
         exact: bool = false, "";
         /// sgn(0) = 0 as in the programs: a robot that faces an obstacle exactly is pushed towards it.
         sgn_zero: bool = false, "";
