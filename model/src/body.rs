@@ -1,36 +1,27 @@
 //! How bodies move, and what a robot asks of its body.
 
+use crate::choice;
 use geometry::ArmState;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// How a body moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BodyKind {
-    /// A holonomic point: any velocity in the plane.
-    Point,
-    /// A unicycle: forward speed and turn rate.
-    Unicycle,
-    /// A planar arm of two links that stands where it stands: joint rates. Its position is that of its tip.
-    TwoLinkArm,
+choice! {
+    /// How a body moves.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum BodyKind {
+        /// A holonomic point: any velocity in the plane.
+        Point = "point",
+        /// A unicycle: forward speed and turn rate.
+        Unicycle = "unicycle",
+        /// A planar arm of two links that stands where it stands: joint rates. Its position is that of its tip.
+        TwoLinkArm = "two-link-arm",
+    }
 }
 
 impl BodyKind {
-    /// Every kind.
-    pub const ALL: &[BodyKind] = &[BodyKind::Point, BodyKind::Unicycle, BodyKind::TwoLinkArm];
     /// The kinds that drive about.
     pub const MOBILE: &[BodyKind] = &[BodyKind::Point, BodyKind::Unicycle];
-
-    /// Its word in scenarios and messages.
-    #[inline]
-    pub fn word(self) -> &'static str {
-        match self {
-            BodyKind::Point => "point",
-            BodyKind::Unicycle => "unicycle",
-            BodyKind::TwoLinkArm => "two-link-arm",
-        }
-    }
 }
 
 /// What a body can do. An infinite acceleration means that the body follows at once.

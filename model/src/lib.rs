@@ -4,7 +4,10 @@
 
 pub mod body;
 pub mod event;
+pub mod field;
 pub mod ids;
+pub mod key;
+pub mod kind;
 pub mod motion;
 pub mod outcome;
 pub mod params;
@@ -12,6 +15,7 @@ pub mod plan;
 pub mod problem;
 pub mod random;
 pub mod scenario;
+pub mod value;
 
 pub use body::{BodyKind, Drive, Limits};
 pub use event::{Event, Touch};

@@ -4,6 +4,7 @@
 //! may contain, and what is wrong with it, is the business of the other modules. Lengths m, angles rad, times s.
 
 use crate::body::{BodyKind, Limits};
+use crate::choice;
 use crate::params::ParamValues;
 use crate::problem::Problem;
 use geometry::{ArmGeometry, ArmState, Capsule};
@@ -69,26 +70,17 @@ pub struct Bounds {
     pub y_m: [f64; 2],
 }
 
-/// How the processes keep time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Mode {
-    /// All cores in one thread.
-    Single,
-    /// Real processes; the world opens a tick and waits for every robot's answer.
-    Lockstep,
-    /// Real processes, each on its own timer.
-    Realtime,
-}
-
-impl Mode {
-    /// Its word in scenarios and messages.
-    pub fn word(self) -> &'static str {
-        match self {
-            Mode::Single => "single",
-            Mode::Lockstep => "lockstep",
-            Mode::Realtime => "realtime",
-        }
+choice! {
+    /// How the processes keep time.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Mode {
+        /// All cores in one thread.
+        Single = "single",
+        /// Real processes; the world opens a tick and waits for every robot's answer.
+        Lockstep = "lockstep",
+        /// Real processes, each on its own timer.
+        Realtime = "realtime",
     }
 }
 
@@ -114,14 +106,16 @@ impl Clock {
     }
 }
 
-/// When a run ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Stop {
-    /// When every robot is at its last goal and nothing is left to come, or the time is up.
-    Arrived,
-    /// When the time is up.
-    Duration,
+choice! {
+    /// When a run ends.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Stop {
+        /// When every robot is at its last goal and nothing is left to come, or the time is up.
+        Arrived = "arrived",
+        /// When the time is up.
+        Duration = "duration",
+    }
 }
 
 /// How the fleet is run.
@@ -140,16 +134,18 @@ pub struct Fleet {
     pub start_limit_s: f64,
 }
 
-/// What happens to a robot whose process is stopped or over the limit. Death is not a matter of policy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StragglerPolicy {
-    /// The fleet waits for it until the limit, then holds it.
-    Wait,
-    /// It stands still, and comes back when it answers again.
-    Hold,
-    /// It is killed and stays where it stands.
-    Drop,
+choice! {
+    /// What happens to a robot whose process is stopped or over the limit. Death is not a matter of policy.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum StragglerPolicy {
+        /// The fleet waits for it until the limit, then holds it.
+        Wait = "wait",
+        /// It stands still, and comes back when it answers again.
+        Hold = "hold",
+        /// It is killed and stays where it stands.
+        Drop = "drop",
+    }
 }
 
 /// How the processes of a fleet are scheduled. The trajectories do not depend on it.
@@ -189,15 +185,34 @@ pub enum Class {
     },
 }
 
+choice! {
+    /// A scheduling class without its priority.
+    pub enum ClassName {
+        /// `SCHED_OTHER`.
+        Other = "other",
+        /// `SCHED_BATCH`.
+        Batch = "batch",
+        /// `SCHED_FIFO`.
+        Fifo = "fifo",
+        /// `SCHED_RR`.
+        Rr = "rr",
+    }
+}
+
 impl Class {
+    /// The class without its priority.
+    pub fn name(self) -> ClassName {
+        match self {
+            Class::Other => ClassName::Other,
+            Class::Batch => ClassName::Batch,
+            Class::Fifo { .. } => ClassName::Fifo,
+            Class::Rr { .. } => ClassName::Rr,
+        }
+    }
+
     /// The word for it in a scenario.
     pub fn word(self) -> &'static str {
-        match self {
-            Class::Other => "other",
-            Class::Batch => "batch",
-            Class::Fifo { .. } => "fifo",
-            Class::Rr { .. } => "rr",
-        }
+        self.name().word()
     }
 
     /// Its priority, if it is a real-time class.
@@ -334,16 +349,18 @@ pub enum Motion {
     },
 }
 
-/// What a motion along waypoints does at its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AtEnd {
-    /// Straight to the first point and round again.
-    Loop,
-    /// Back the way it came, and so on.
-    PingPong,
-    /// It stays.
-    Stop,
+choice! {
+    /// What a motion along waypoints does at its end.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum AtEnd {
+        /// Straight to the first point and round again.
+        Loop = "loop",
+        /// Back the way it came, and so on.
+        PingPong = "ping-pong",
+        /// It stays.
+        Stop = "stop",
+    }
 }
 
 /// One robot.

@@ -95,7 +95,7 @@ pub struct Khatib {
 }
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
-    let follows_speed = !values.contains_key("attract_cap_m");
+    let follows_speed = Params::attract_cap_m.given(values).is_none();
     Ok(Box::new(Khatib { follows_speed, ..Khatib::new(Params::from_values(values)?, identity) }))
 }
 
@@ -106,7 +106,7 @@ fn speed_mps(values: &ParamValues, _: f64) -> f64 {
         return f64::INFINITY;
     }
     let pull = k_att * attract_cap_m;
-    match (order, values.contains_key("attract_cap_m")) {
+    match (order, Params::attract_cap_m.given(values).is_some()) {
         (Order::First, true) => pull,
         (Order::Second, true) => pull / damping,
         // It grows with the speed limit: enough for all of it, or for none.

@@ -26,7 +26,7 @@ use crate::amr_apf::field::{Own, mu};
 use crate::amr_apf::speed::{Body, Pivot, SpeedLaw, Twist};
 use crate::amr_apf::{rounded, unicycle};
 use crate::method::{Identity, Method, Symmetry, any_speed};
-use crate::params::{ParamError, ParamField};
+use crate::params::ParamError;
 use crate::planner::{Neighbor, Plan, PlanInput, Planner, nearest_by_id};
 use model::{BodyKind, Drive, ParamValues, PlanState};
 use nalgebra::{Point2, Rotation2, Vector2};
@@ -96,13 +96,13 @@ pub struct Dapf {
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
     Params::from_values(values)?;
-    Ok(Box::new(Dapf::new(Params::preset(values), identity)))
+    Ok(Box::new(Dapf::new(Params::of_values(values), identity)))
 }
 
 impl Params {
     /// The variant named in `values`, with the other values on top.
-    pub fn preset(values: &ParamValues) -> Params {
-        Params::of(values.get("variant").and_then(Variant::from_value).unwrap_or(Variant::Lin)).with(values)
+    pub fn of_values(values: &ParamValues) -> Params {
+        Params::of(Params::variant.given(values).unwrap_or(Variant::Lin)).with(values)
     }
 
     /// The values of a variant.

@@ -126,14 +126,14 @@ pub struct DecentralizedApf {
 }
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
-    let follows_speed = !values.contains_key("attract_cap");
+    let follows_speed = Params::attract_cap.given(values).is_none();
     Ok(Box::new(DecentralizedApf { follows_speed, ..DecentralizedApf::new(Params::from_values(values)?, identity) }))
 }
 
 /// Far from everything: what the pull comes to.
 fn speed_mps(values: &ParamValues, _: f64) -> f64 {
     let Params { xi, attract_cap, .. } = Params::default().with(values);
-    let follows = !values.contains_key("attract_cap") && xi * attract_cap >= 1.0;
+    let follows = Params::attract_cap.given(values).is_none() && xi * attract_cap >= 1.0;
     if follows || attract_cap == 0.0 { f64::INFINITY } else { xi * attract_cap }
 }
 

@@ -22,6 +22,7 @@ pub mod straight;
 
 pub use chassis::Chassis;
 pub use method::{Identity, Method, Symmetry};
-pub use params::{ParamError, ParamField, ParamKind, ParamSpec};
+pub use model::{choice, keys};
+pub use params::ParamError;
 pub use planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id, solid};
 pub use registry::{METHODS, find};

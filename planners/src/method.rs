@@ -1,7 +1,8 @@
 //! What the registry knows of a method.
 
-use crate::params::{self, ParamError, ParamSpec};
+use crate::params::{self, ParamError};
 use crate::planner::Planner;
+use model::kind::Spec;
 use model::{BodyKind, ParamValues};
 
 /// Builds a method for one robot, or says which parameter does not fit.
@@ -20,7 +21,7 @@ pub struct Method {
     /// The kinds of bodies that it can drive; a scenario that gives it another is refused.
     pub kinds: &'static [BodyKind],
     /// Its parameters.
-    pub params: fn() -> Vec<ParamSpec>,
+    pub params: fn() -> Vec<Spec>,
     /// The greatest speed that it asks of a body with these parameters and this length of a tick (s), m/s: infinite if it
     /// uses what the body has. Its defaults do.
     pub speed_mps: fn(&ParamValues, f64) -> f64,

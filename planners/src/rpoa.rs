@@ -128,13 +128,13 @@ pub struct Rpoa {
 }
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
-    let follows_speed = !values.contains_key("step_radius");
+    let follows_speed = Params::step_radius.given(values).is_none();
     Ok(Box::new(Rpoa { follows_speed, ..Rpoa::new(Params::from_values(values)?, identity) }))
 }
 
 /// One radius a tick.
 fn speed_mps(values: &ParamValues, dt_s: f64) -> f64 {
-    let given = values.contains_key("step_radius");
+    let given = Params::step_radius.given(values).is_some();
     if given { Params::default().with(values).step_radius / dt_s } else { f64::INFINITY }
 }
 

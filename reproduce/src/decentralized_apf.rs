@@ -10,10 +10,11 @@ use crate::example::at_origin;
 use crate::row::{Item, Paper, Rows, Series};
 use crate::scene::{Scene, disc_at, plain, scene, scenes_of};
 use crate::stepper::{Rules, Run, Stepper, tidy};
+use model::key::Named;
 use model::{BodyKind, Drive, ParamValue, ParamValues};
 use nalgebra::Vector2;
 use planners::{Identity, Neighbor, Obstacle, Plan, PlanInput, find};
-use scenarios::Expectation;
+use scenarios::{Expectation, Results as Keys};
 use std::ops::ControlFlow;
 
 /// The paper.
@@ -75,30 +76,28 @@ fn variant_name(expect: &Expectation) -> String {
 fn compare(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation, outcome: &Stepper) {
     let item = |what: &str| Item::new(format!("{} {}: {what}", scene.name, variant_name(expect)));
     for key in expect.results() {
-        match key {
-            "arrives" => rows.exact(item("arrives"), expect.flag(key).unwrap_or_default(), outcome.all_arrived()),
-            "arrival_times_s" => {
-                let tolerance = if scene.name == "apf_antipodal8" { 2.5 } else { 0.3 };
-                for (i, expected) in expect.numbers(key).iter().enumerate() {
-                    let item =
-                        item(&format!("arrival of robot {i}")).note(if *expected < 0.0 { "-1: never" } else { "" });
-                    rows.number(item, *expected, tidy(outcome.arrival_s(i).unwrap_or(-1.0)), tolerance, "s");
-                }
+        if key.is(Keys::arrives) {
+            rows.exact(item("arrives"), expect.get(Keys::arrives).unwrap_or_default(), outcome.all_arrived());
+        } else if key.is(Keys::arrival_times_s) {
+            let tolerance = if scene.name == "apf_antipodal8" { 2.5 } else { 0.3 };
+            for (i, expected) in expect.get(Keys::arrival_times_s).unwrap_or_default().into_iter().enumerate() {
+                let item = item(&format!("arrival of robot {i}")).note(if expected < 0.0 { "-1: never" } else { "" });
+                rows.number(item, expected, tidy(outcome.arrival_s(i).unwrap_or(-1.0)), tolerance, "s");
             }
-            "min_robot_clearance_m" | "min_obstacle_clearance_m" => {
-                let (what, found) = match key {
-                    "min_robot_clearance_m" => ("robot clearance", outcome.robots.clearance_m),
-                    _ => ("obstacle clearance", outcome.obstacles.clearance_m),
-                };
-                rows.number(item(what), expect.number(key).unwrap_or_default(), tidy(found), 0.02, "m");
+        } else if key.is(Keys::min_robot_clearance_m) {
+            let found = tidy(outcome.robots.clearance_m);
+            rows.number(item("robot clearance"), expect.number(key).unwrap_or_default(), found, 0.02, "m");
+        } else if key.is(Keys::min_obstacle_clearance_m) {
+            let found = tidy(outcome.obstacles.clearance_m);
+            rows.number(item("obstacle clearance"), expect.number(key).unwrap_or_default(), found, 0.02, "m");
+        } else if key.is(Keys::end_m) {
+            for (i, end) in expect.get(Keys::end_m).unwrap_or_default().into_iter().enumerate() {
+                let item = item(&format!("end of robot {i}")).note("our tolerance: one tick of motion");
+                rows.vector(item, end.into(), outcome.end(i).map(tidy).into(), 0.05, "m");
             }
-            "end_m" => {
-                for (i, end) in expect.points(key).into_iter().flatten().enumerate() {
-                    let item = item(&format!("end of robot {i}")).note("our tolerance: one tick of motion");
-                    rows.vector(item, (*end).into(), outcome.end(i).map(tidy).into(), 0.05, "m");
-                }
-            }
-            other => rows.exact(item(plain(other)).note("nothing here knows this key"), "compared", "not compared"),
+        } else {
+            let item = item(plain(key.name())).note("nothing here knows this key");
+            rows.exact(item, "compared", "not compared");
         }
     }
 }

@@ -19,11 +19,12 @@ use crate::scene::{Scene, goal, plain, scene, scenes_of};
 use crate::stepper::{Stepper, tidy};
 use drive::{Descent, Order, Setup, khatib, tail_extent};
 use geometry::Capsule;
+use model::key::{KeyName, Named, OptionalKey};
 use model::{ParamValue, ParamValues};
 use nalgebra::Point2;
 use planners::Obstacle;
 use planners::liquid::{Candidate, Field, Law};
-use scenarios::Expectation;
+use scenarios::{Expectation, Results as Keys};
 use std::ops::ControlFlow;
 
 /// The paper.
@@ -180,7 +181,7 @@ fn expectation(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation) {
         "khatib-first-order" => results.khatib(&khatib(scene, Order::First)),
         other => panic!("unknown rule set {other}"),
     }
-    let unused: Vec<&str> = expect.results().filter(|key| !results.used.contains(key)).collect();
+    let unused: Vec<KeyName> = expect.results().filter(|key| !results.used.contains(key)).collect();
     assert!(unused.is_empty(), "{}: nothing compares {unused:?}", scene.name);
 }
 
@@ -189,12 +190,13 @@ struct Results<'a, 'b> {
     rows: &'a mut Rows<'b>,
     scene: &'a Scene,
     expect: &'a Expectation,
-    used: Vec<&'static str>,
+    used: Vec<KeyName>,
 }
 
 impl Results<'_, '_> {
-    fn item(&mut self, key: &'static str) -> Item {
-        self.used.push(key);
+    fn item(&mut self, key: impl Named) -> Item {
+        self.used.push(key.any());
+        let key = key.name();
         let item = format!("{} {}: {}", self.scene.name, variant_name(self.expect), plain(key).replace('_', " "));
         let printed = words::printed(&self.scene.name, &self.expect.method, plain(key));
         let note = printed.map_or("", |_| "the paper's number is for its own map, which it does not give");
@@ -202,16 +204,16 @@ impl Results<'_, '_> {
     }
 
     /// The row of a number in metres or seconds, if it is expected.
-    fn number(&mut self, key: &'static str, ours: f64, tolerance: f64) {
-        if let Some(oracle) = self.expect.number(key) {
-            let (item, unit) = (self.item(key), if key.ends_with("_s") { "s" } else { "m" });
+    fn number(&mut self, key: OptionalKey<f64>, ours: f64, tolerance: f64) {
+        if let Some(oracle) = self.expect.get(key) {
+            let (item, unit) = (self.item(key), if key.name().ends_with("_s") { "s" } else { "m" });
             self.rows.number(item, oracle, tidy(ours), tolerance, unit);
         }
     }
 
     fn arrives(&mut self, ours: bool) {
-        if let Some(oracle) = self.expect.flag("arrives") {
-            let item = self.item("arrives");
+        if let Some(oracle) = self.expect.get(Keys::arrives) {
+            let item = self.item(Keys::arrives);
             self.rows.exact(item, oracle, ours);
         }
     }
@@ -219,38 +221,38 @@ impl Results<'_, '_> {
     fn descent(&mut self, ours: &Descent) {
         self.arrives(ours.arrives);
         for (key, ours) in [
-            ("virtual_obstacles", ours.virtual_obstacles.len()),
-            ("computation_rounds", ours.rounds),
-            ("motion_steps", ours.steps()),
+            (Keys::virtual_obstacles, ours.virtual_obstacles.len()),
+            (Keys::computation_rounds, ours.rounds),
+            (Keys::motion_steps, ours.steps()),
         ] {
-            if let Some(oracle) = self.expect.count(key) {
+            if let Some(oracle) = self.expect.get(key) {
                 let item = self.item(key);
                 self.rows.exact(item, oracle as usize, ours);
             }
         }
-        self.number("min_clearance_m", ours.clearance(self.scene), 0.0005);
-        if let Some(oracle) = self.expect.points("virtual_obstacle_positions_m") {
-            let item = self.item("virtual_obstacle_positions_m");
+        self.number(Keys::min_clearance_m, ours.clearance(self.scene), 0.0005);
+        if let Some(oracle) = self.expect.get(Keys::virtual_obstacle_positions_m) {
+            let item = self.item(Keys::virtual_obstacle_positions_m);
             let off = |(a, b): (&Point2<f64>, &Point2<f64>)| (a - b).amax();
             let worst = oracle.iter().zip(&ours.virtual_obstacles).map(off).fold(0.0, f64::max);
             let ok = oracle.len() == ours.virtual_obstacles.len() && worst <= 0.5e-4 * (1.0 + 1e-9);
             let tolerance = "± 0.00005 m in x and y".to_owned();
             let ours = points(&ours.virtual_obstacles, 6);
-            self.rows.push(item, Some(points(oracle, 4)), ours, tolerance, ok);
+            self.rows.push(item, Some(points(&oracle, 4)), ours, tolerance, ok);
         }
     }
 
     fn khatib(&mut self, ours: &Stepper) {
         self.arrives(ours.all_arrived());
-        self.number("time_s", ours.arrival_s(0).unwrap_or(f64::NAN), 0.01);
-        if let Some(oracle) = self.expect.points("end_m") {
-            let item = self.item("end_m");
+        self.number(Keys::time_s, ours.arrival_s(0).unwrap_or(f64::NAN), 0.01);
+        if let Some(oracle) = self.expect.get(Keys::end_m) {
+            let item = self.item(Keys::end_m);
             let off = (oracle[0] - ours.end(0)).amax();
-            let (oracle, ours) = (points(oracle, 3), points(&[ours.end(0)], 6));
+            let (oracle, ours) = (points(&oracle, 3), points(&[ours.end(0)], 6));
             self.rows.push(item, Some(oracle), ours, "± 0.001 m in x and y".into(), off <= 0.001);
         }
-        self.number("distance_to_goal_m", ours.distance_to_goal(0), 0.001);
-        self.number("tail_extent_m", tail_extent(ours), 0.0001);
+        self.number(Keys::distance_to_goal_m, ours.distance_to_goal(0), 0.001);
+        self.number(Keys::tail_extent_m, tail_extent(ours), 0.0001);
     }
 }
 

@@ -23,8 +23,9 @@ pub use effects::as_in_the_runtime;
 use effects::{claims, effects};
 use examples::examples;
 use model::ParamValue;
+use model::key::Named;
 use nalgebra::Vector2;
-use scenarios::Expectation;
+use scenarios::{Expectation, Results as Keys};
 use std::ops::{ControlFlow, RangeInclusive};
 
 /// The paper.
@@ -158,30 +159,24 @@ fn compare_random(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation, seed
     let all = Seeds::run(&rpoa(scene, "random", 1), 1..=10 * u64::from(seeds));
     let sets: Vec<Seeds> = all.0.chunks(seeds as usize).map(|set| Seeds(set.to_vec())).collect();
     let found = &sets[0];
+    let extremes = [
+        (Keys::time_min_s, Seeds::time_min as fn(&Seeds) -> f64, 0.1, "s"),
+        (Keys::time_max_s, Seeds::time_max, 0.1, "s"),
+        (Keys::min_clearance_worst_m, Seeds::clearance_worst, 0.03, "m"),
+    ];
     for key in expect.results() {
-        let item = item(scene, expect, plain(key));
-        let (extreme, least, unit): (fn(&Seeds) -> f64, _, _) = match key {
-            "arrivals" => {
-                count(rows, item, expect.count(key), found.arrivals(), seeds);
-                continue;
-            }
-            "collisions" => {
-                count(rows, item, expect.count(key), found.collisions(), seeds);
-                continue;
-            }
-            "time_mean_s" => {
-                rows.number(item, given(expect.number(key)), tidy(found.time_mean()), 0.5, "s");
-                continue;
-            }
-            "time_min_s" => (Seeds::time_min, 0.1, "s"),
-            "time_max_s" => (Seeds::time_max, 0.1, "s"),
-            "min_clearance_worst_m" => (Seeds::clearance_worst, 0.03, "m"),
-            _ => {
-                unknown(rows, item);
-                continue;
-            }
-        };
-        self::extreme(rows, item, given(expect.number(key)), &sets, extreme, least, unit);
+        let item = item(scene, expect, plain(key.name()));
+        if key.is(Keys::arrivals) {
+            count(rows, item, expect.get(Keys::arrivals), found.arrivals(), seeds);
+        } else if key.is(Keys::collisions) {
+            count(rows, item, expect.get(Keys::collisions), found.collisions(), seeds);
+        } else if key.is(Keys::time_mean_s) {
+            rows.number(item, given(expect.number(key)), tidy(found.time_mean()), 0.5, "s");
+        } else if let Some((_, extreme, least, unit)) = extremes.into_iter().find(|(known, ..)| key.is(*known)) {
+            self::extreme(rows, item, given(expect.number(key)), &sets, extreme, least, unit);
+        } else {
+            unknown(rows, item);
+        }
     }
 }
 
@@ -211,32 +206,28 @@ fn compare_one(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation) {
         other => panic!("{}: unknown rule set `{other}`", scene.name),
     };
     let outcome = run.run();
+    let numbers = [
+        (Keys::time_s, outcome.arrival_s(0).unwrap_or(-1.0), time, "s"),
+        (Keys::path_length_m, outcome.path_length(0), time, "m"),
+        (Keys::min_clearance_m, outcome.obstacles.clearance_m, clearance, "m"),
+        (Keys::distance_to_goal_m, outcome.distance_to_goal(0), place, "m"),
+    ];
     for key in expect.results() {
-        let item = item(plain(key));
-        let (found, tolerance, unit) = match key {
-            "arrives" => {
-                rows.exact(item, expect.flag(key).unwrap_or_default(), outcome.all_arrived());
-                continue;
+        let item = item(plain(key.name()));
+        if key.is(Keys::arrives) {
+            rows.exact(item, expect.get(Keys::arrives).unwrap_or_default(), outcome.all_arrived());
+        } else if key.is(Keys::end_m) {
+            for end in expect.get(Keys::end_m).unwrap_or_default() {
+                rows.vector(item.clone(), end.into(), outcome.end(0).map(tidy).into(), place, "m");
             }
-            "end_m" => {
-                for end in expect.points(key).into_iter().flatten() {
-                    rows.vector(item.clone(), (*end).into(), outcome.end(0).map(tidy).into(), place, "m");
-                }
-                continue;
-            }
-            "time_s" => (outcome.arrival_s(0).unwrap_or(-1.0), time, "s"),
-            "path_length_m" => (outcome.path_length(0), time, "m"),
-            "min_clearance_m" => (outcome.obstacles.clearance_m, clearance, "m"),
-            "distance_to_goal_m" => (outcome.distance_to_goal(0), place, "m"),
-            _ => {
-                unknown(rows, item);
-                continue;
-            }
-        };
-        let expected = given(expect.number(key));
-        let tolerance =
-            if key == "min_clearance_m" { tolerance } else { tidy(f64::max(tolerance, share * expected.abs())) };
-        rows.number(item, expected, tidy(found), tolerance, unit);
+        } else if let Some((_, found, tolerance, unit)) = numbers.into_iter().find(|(known, ..)| key.is(*known)) {
+            let expected = given(expect.number(key));
+            let scaled = !key.is(Keys::min_clearance_m);
+            let tolerance = if scaled { tidy(f64::max(tolerance, share * expected.abs())) } else { tolerance };
+            rows.number(item, expected, tidy(found), tolerance, unit);
+        } else {
+            unknown(rows, item);
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use geometry::Elbow;
 use geometry::spline::length;
 use model::BodyKind;
+use model::key::Named;
 use planners::pso_via_points::field::Variant;
 use shoal_reproduce::Row;
 use shoal_reproduce::pso_via_points::experiment::{Experiment, reduction_percent};
@@ -25,7 +26,7 @@ fn every_row_holds() {
     for scene in scenes_of("pso_") {
         for expect in scene.expectations() {
             for key in expect.results() {
-                let (begin, end) = (format!("{} {}", scene.name, expect.method), format!(": {}", plain(key)));
+                let (begin, end) = (format!("{} {}", scene.name, expect.method), format!(": {}", plain(key.name())));
                 let named = |row: &Row| row.item.starts_with(&begin) && row.item.ends_with(&end);
                 assert!(rows.iter().any(named), "{begin}{end}");
             }

@@ -2,9 +2,9 @@
 
 use crate::check::Source;
 use crate::ground::{Ground, Surfaces};
-use crate::keys::LARGE;
 use crate::problems::{Origin, Problems, Report};
 use crate::{arm, methods, robots, walk};
+use model::kind::LARGE;
 use model::{BodyKind, MAX_GOALS, ParamValues, Robot, Scenario};
 use nalgebra::Point2;
 

@@ -1,12 +1,14 @@
 //! Arms: their keys, how they stand at the start, and which places their tips can be at.
 
-use crate::body::Body;
 use crate::ground::{Ground, Surfaces};
-use crate::node::{Node, Value};
+use crate::layers::Layered;
+use crate::node::{Given, Node};
 use crate::obstacles::{contains, show};
 use crate::problems::{Origin, Report};
-use crate::table::{ARM, KINDS_ARM, MOBILE, PLACED_ARM};
+use crate::table::{Arm, Mobile, PlacedArm, Robot as RobotKeys};
+use crate::types::Joints;
 use geometry::{ArmGeometry, Capsule, Elbow, wrap};
+use model::key::{Key, Named};
 use model::{ArmSetup, BodyKind, Robot};
 use nalgebra::Point2;
 use std::f64::consts::PI;
@@ -17,12 +19,12 @@ const ONE_BY_ONE: &str = "arms stand one by one, as [[robot]] with base_m and li
 /// Reports keys of a robot that do not go with its kind.
 pub(crate) fn check_keys(node: &Node, kind: BodyKind, report: &mut Report) {
     let arm = kind == BodyKind::TwoLinkArm;
-    let strangers = if arm { [MOBILE, &[]] } else { [PLACED_ARM, ARM] };
-    for key in strangers.into_iter().flatten().filter(|key| node.has(key.name)) {
+    let strangers = if arm { [Mobile::KEYS, &[]] } else { [PlacedArm::KEYS, Arm::KEYS] };
+    for key in strangers.into_iter().flatten().filter(|key| node.has(*key)) {
         let owner = if arm { BodyKind::MOBILE } else { &[BodyKind::TwoLinkArm] };
         let owner: Vec<&str> = owner.iter().map(|kind| kind.word()).collect();
         let message = format!("does not go with kind = \"{}\"", kind.word());
-        report.add_hint(node.at(key.name), &node.key(key.name), message, format!("it belongs to {}", owner.join(", ")));
+        report.add_hint(node.at(key), &node.key(key), message, format!("it belongs to {}", owner.join(", ")));
     }
 }
 
@@ -57,24 +59,23 @@ pub(crate) fn stand(robot: &mut Robot, node: &Node, of_kind: Option<&Node>, arou
 }
 
 fn geometry(node: &Node, of_kind: Option<&Node>, report: &mut Report) -> Option<ArmGeometry> {
-    let body = Body {
-        layers: [Some(node), of_kind].into_iter().flatten().collect(),
-        table: Node::absent(&KINDS_ARM, "kinds.two-link-arm"),
-    };
+    let body = Layered([Some(node), of_kind].into_iter().flatten().collect());
     let mut complete = true;
-    for (key, what) in
-        [("base_m", "where it is fixed, [x, y]"), ("links_m", "the lengths of its links, [first, second]")]
-    {
-        if !(node.has(key) || key == "links_m" && of_kind.is_some_and(|kind| kind.has(key))) {
-            report.add_hint(node.origin, &node.path, format!("an arm needs `{key}`"), format!("{key}: {what}"));
-            complete = false;
-        }
+    let needed = [
+        (PlacedArm::base_m.any(), node.has(PlacedArm::base_m), "where it is fixed, [x, y]"),
+        (Arm::links_m.any(), body.layer(Arm::links_m).is_some(), "the lengths of its links, [first, second]"),
+    ];
+    for (key, _, what) in needed.into_iter().filter(|(_, given, _)| !given) {
+        let key = key.name();
+        report.add_hint(node.origin, &node.path, format!("an arm needs `{key}`"), format!("{key}: {what}"));
+        complete = false;
     }
-    let pair = |key: &str| match body.layer(key).value(key) {
-        Some(Value::Wrong) => None, // reported
-        _ => body.layer(key).pair(key),
+    // What is wrong has been reported.
+    let joints = |key: Key<Joints>| {
+        let given = body.layer(key).map_or(Given::Absent, |layer| layer.given(key));
+        given.or(key.default()).map(|Joints(joints)| joints)
     };
-    let (joint_min_rad, joint_max_rad) = (pair("joint_min_rad")?, pair("joint_max_rad")?);
+    let (joint_min_rad, joint_max_rad) = (joints(Arm::joint_min_rad)?, joints(Arm::joint_max_rad)?);
     for joint in 0..2 {
         let (min, max) = (joint_min_rad[joint], joint_max_rad[joint]);
         let problem = if min >= max {
@@ -84,17 +85,17 @@ fn geometry(node: &Node, of_kind: Option<&Node>, report: &mut Report) -> Option<
         } else {
             continue;
         };
-        let keys = ["joint_max_rad", "joint_min_rad"];
-        let at = keys.into_iter().find_map(|key| Some((body.layer(key), key)).filter(|(layer, _)| layer.has(key)));
-        let (layer, key) = at.unwrap_or((node, "joint_max_rad"));
+        let keys = [Arm::joint_max_rad, Arm::joint_min_rad];
+        let at = keys.into_iter().find_map(|key| Some((body.layer(key)?, key)));
+        let (layer, key) = at.unwrap_or((node, Arm::joint_max_rad));
         let hint = "joint_min_rad is below joint_max_rad, and joint 2 within ±3.14159";
         report.add_hint(layer.at(key), &layer.key(key), problem, hint);
         complete = false;
     }
     let geometry = ArmGeometry {
-        base: node.point("base_m")?,
-        links_m: pair("links_m")?,
-        link_radius_m: body.float("link_radius_m"),
+        base: node.get(PlacedArm::base_m)?,
+        links_m: body.get(Arm::links_m)?.0,
+        link_radius_m: body.get(Arm::link_radius_m),
         joint_min_rad,
         joint_max_rad,
     };
@@ -109,19 +110,19 @@ fn start_joints(
     id: &str,
     report: &mut Report,
 ) -> Option<[f64; 2]> {
-    let elbow = match node.value("elbow") {
-        Some(Value::Word("up")) => Some(Elbow::Up),
-        Some(Value::Word("down")) => Some(Elbow::Down),
-        Some(_) => return None,
-        None => None,
+    let elbow = match node.given(PlacedArm::elbow) {
+        Given::Value(elbow) => Some(elbow),
+        Given::Wrong => return None,
+        Given::Absent => None,
     };
-    let key = "start_joints_rad";
+    let key = PlacedArm::start_joints_rad;
     if node.has(key) {
-        for other in ["start_m", "elbow"].into_iter().filter(|other| node.has(other)) {
-            let message = format!("does not go with {key}");
+        let others = [RobotKeys::start_m.any(), PlacedArm::elbow.any()];
+        for other in others.into_iter().filter(|other| node.has(*other)) {
+            let message = format!("does not go with {}", key.name());
             report.add_hint(node.at(other), &node.key(other), message, "the joints say where the tip is");
         }
-        let joints_rad = node.pair(key)?;
+        let Joints(joints_rad) = node.get(key)?;
         if !geometry.within_limits(joints_rad, 0.0) {
             let message = format!("the start of `{id}`, {joints_rad:?}, is beyond the limits of its joints");
             report.add_hint(node.at(key), &node.key(key), message, limits(geometry));
@@ -139,7 +140,15 @@ fn start_joints(
     if pose.is_none() {
         let what = format!("the start of `{id}`, {}", show(start));
         let side = elbow.map(|elbow| if elbow == Elbow::Up { " with its elbow up" } else { " with its elbow down" });
-        unreachable(geometry, start, &what, side.unwrap_or(""), &node.key("start_m"), node.at("start_m"), report);
+        unreachable(
+            geometry,
+            start,
+            &what,
+            side.unwrap_or(""),
+            &node.key(RobotKeys::start_m),
+            node.at(RobotKeys::start_m),
+            report,
+        );
     }
     pose
 }

@@ -2,8 +2,10 @@
 //! and the number of the robot, so adding robots moves no other, except where they have to make way (`random`).
 
 use crate::ground::Surfaces;
-use crate::node::{Node, Value};
+use crate::node::Node;
 use crate::problems::Report;
+use crate::table::{Layout, LayoutKind};
+use crate::types::Interval;
 use geometry::Capsule;
 use model::Bounds;
 use model::random::Stream;
@@ -29,38 +31,36 @@ pub(crate) struct Surroundings<'a> {
 
 /// Start and goal of every robot of a layout; nothing if the layout cannot be placed, which has been reported then.
 pub(crate) fn places(node: &Node, around: &Surroundings<'_>, report: &mut Report) -> Option<Vec<[Point2<f64>; 2]>> {
-    let count = node.int("robots")? as usize;
-    let tag = node.tag?;
-    if tag == "random" {
-        return random(node, count, around, report);
-    }
-    let center = node.point("center_m")?.coords;
-    let places: Vec<[Point2<f64>; 2]> = match tag {
-        "circle-swap" | "ring" => {
-            let (radius, phase) = (node.float("radius_m")?, node.float("phase_rad")?);
+    let count = node.get(Layout::robots)?;
+    let kind = node.get(Layout::kind)?;
+    let center = node.get(Layout::center_m).coords;
+    let places: Vec<[Point2<f64>; 2]> = match kind {
+        LayoutKind::Random => return random(node, count, around, report),
+        LayoutKind::CircleSwap | LayoutKind::Ring => {
+            let (radius, phase) = (node.get(Layout::radius_m)?, node.get(Layout::phase_rad));
             let at = |i: usize, turn: f64| {
                 let angle = phase + TAU * i as f64 / count as f64 + turn;
                 Point2::from(center + Vector2::new(angle.cos(), angle.sin()) * radius)
             };
-            if tag == "circle-swap" {
+            if kind == LayoutKind::CircleSwap {
                 (0..count).map(|i| [at(i, 0.0), at(i, PI)]).collect()
             } else {
-                let shift = node.int("shift").map_or((count / 2).max(1), |shift| shift as usize);
+                let shift = node.get(Layout::shift).unwrap_or((count / 2).max(1));
                 if shift.is_multiple_of(count) && count > 1 {
                     let message = format!("{shift} places further round {count} is where each robot already is");
-                    report.add(node.at("shift"), &node.key("shift"), message);
+                    report.add(node.at(Layout::shift), &node.key(Layout::shift), message);
                     return None;
                 }
                 (0..count).map(|i| [at(i, 0.0), at(i + shift, 0.0)]).collect()
             }
         }
-        "list" => listed(node, count, report)?,
-        "grid" => {
-            let spacing = node.float("spacing_m")?;
-            let columns = node.int("columns").map_or((count as f64).sqrt().ceil() as usize, |columns| columns as usize);
+        LayoutKind::List => listed(node, count, report)?,
+        LayoutKind::Grid => {
+            let spacing = node.get(Layout::spacing_m);
+            let columns = node.get(Layout::columns).unwrap_or((count as f64).sqrt().ceil() as usize);
             let columns = columns.min(count).max(1);
             let rows = count.div_ceil(columns);
-            let offset = Vector2::from(node.pair("offset_m")?);
+            let offset = Vector2::from(node.get(Layout::offset_m)?);
             let middle = Vector2::new((columns - 1) as f64, (rows - 1) as f64) / 2.0;
             let at = |i: usize| {
                 let cell = Vector2::new((i % columns) as f64, (i / columns) as f64);
@@ -68,8 +68,8 @@ pub(crate) fn places(node: &Node, around: &Surroundings<'_>, report: &mut Report
             };
             (0..count).map(|i| [at(i), at(i) + offset]).collect()
         }
-        _ => {
-            let (spacing, gap) = (node.float("spacing_m")?, node.float("gap_m")?);
+        LayoutKind::Line => {
+            let (spacing, gap) = (node.get(Layout::spacing_m), node.get(Layout::gap_m)?);
             let in_line = count.div_ceil(2);
             let at = |row: usize, side: f64| {
                 let along = (row as f64 - (in_line - 1) as f64 / 2.0) * spacing;
@@ -82,7 +82,7 @@ pub(crate) fn places(node: &Node, around: &Surroundings<'_>, report: &mut Report
             (0..count).map(place).collect()
         }
     };
-    let jitter = node.float("jitter_m")?;
+    let jitter = node.get(Layout::jitter_m);
     let shake = |(i, [start, goal]): (usize, [Point2<f64>; 2])| {
         let mut stream = Stream::new(around.seed, i as u32, 0, "layout");
         let (distance, angle) = (jitter * stream.unit().sqrt(), TAU * stream.unit());
@@ -93,19 +93,16 @@ pub(crate) fn places(node: &Node, around: &Surroundings<'_>, report: &mut Report
 
 /// The first of the starts and goals that the file lists.
 fn listed(node: &Node, count: usize, report: &mut Report) -> Option<Vec<[Point2<f64>; 2]>> {
-    let (starts, goals) = (node.points("starts_m"), node.points("goals_m"));
-    if starts.is_empty() || goals.is_empty() {
-        return None; // Missing or wrong, which has been reported.
-    }
+    let (starts, goals) = (node.get(Layout::starts_m)?, node.get(Layout::goals_m)?); // missing or wrong, and reported
     if starts.len() != goals.len() {
         let message = format!("{} goals for {} starts", goals.len(), starts.len());
-        report.add(node.at("goals_m"), &node.key("goals_m"), message);
+        report.add(node.at(Layout::goals_m), &node.key(Layout::goals_m), message);
         return None;
     }
     if count > starts.len() {
         let message = format!("{count} robots, but only {} are listed", starts.len());
         let hint = format!("at most {} robots, or more starts_m and goals_m", starts.len());
-        report.add_hint(node.at("robots"), &node.key("robots"), message, hint);
+        report.add_hint(node.at(Layout::robots), &node.key(Layout::robots), message, hint);
         return None;
     }
     Some(starts.into_iter().zip(goals).take(count).map(|(start, goal)| [start, goal]).collect())
@@ -113,13 +110,9 @@ fn listed(node: &Node, count: usize, report: &mut Report) -> Option<Vec<[Point2<
 
 /// Starts and goals anywhere, with room round each: drawn again until they fit.
 fn random(node: &Node, count: usize, around: &Surroundings<'_>, report: &mut Report) -> Option<Vec<[Point2<f64>; 2]>> {
-    let side = |key: &str, default: [f64; 2]| match node.value(key) {
-        None => Some(default),
-        Some(Value::Pair(pair)) => Some(*pair),
-        Some(_) => None,
-    };
-    let (x, y) = (side("x_m", around.world.x_m)?, side("y_m", around.world.y_m)?);
-    let (spread, distance_min) = (node.float("spread_m")?, node.float("goal_distance_m_min")?);
+    let Interval(x) = node.given(Layout::x_m).or(Interval(around.world.x_m))?;
+    let Interval(y) = node.given(Layout::y_m).or(Interval(around.world.y_m))?;
+    let (spread, distance_min) = (node.get(Layout::spread_m), node.get(Layout::goal_distance_m_min));
     let mut starts = Crowd::new(around.radius_m, spread, around.starts);
     let mut goals = Crowd::new(around.radius_m, spread, around.goals);
     let mut places: Vec<[Point2<f64>; 2]> = Vec::with_capacity(count);
@@ -137,7 +130,7 @@ fn random(node: &Node, count: usize, around: &Surroundings<'_>, report: &mut Rep
             let what = if start.is_none() { "start" } else { "goal" };
             let message = format!("no room for the {what} of robot {i} of {count} after {TRIES_MAX} tries");
             let hint = "fewer robots, a larger area (x_m, y_m), or a smaller spread_m or goal_distance_m_min";
-            report.add_hint(node.at("robots"), &node.path, message, hint);
+            report.add_hint(node.at(Layout::robots), &node.path, message, hint);
             return None;
         };
         starts.add(start);

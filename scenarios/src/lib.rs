@@ -1,7 +1,7 @@
 //! Scenarios: the TOML format, its validation, and the catalog that ships with shoal.
 //!
 //! A text becomes a [`Scenario`] in three steps: `document.rs` reads the TOML and remembers the lines, `walk.rs` checks
-//! keys, types and bounds against the one table of `table.rs`, and `resolve.rs` fills in defaults, places layouts and
+//! keys, types and bounds against the declarations of `table.rs`, and `resolve.rs` fills in defaults, places layouts and
 //! checks what depends on more than one value. Each step goes on after a problem, so that all are reported at once. A
 //! [`Draft`] is a document that is put together in code: it takes the second and the third step.
 //!
@@ -9,13 +9,12 @@
 
 mod add;
 mod arm;
-mod body;
 mod catalog;
 mod check;
 mod document;
 mod draft;
 mod ground;
-mod keys;
+mod layers;
 mod layout;
 mod methods;
 mod node;
@@ -29,20 +28,24 @@ mod robots;
 mod schema;
 mod table;
 mod timeline;
+mod types;
 mod walk;
 mod warnings;
 
 pub use add::{NewRobot, add_robot, goal_problem};
 pub use catalog::{CatalogEntry, UnknownScenario, catalog, find_catalog};
 pub use draft::{Draft, DraftValue};
-pub use paper::{Expectation, Paper};
+pub use paper::{Expectation, Paper, Results};
 pub use problems::Problems;
 pub use reference::reference;
 pub use schema::schema;
 
 use document::{Raw, RawTable, RawValue};
+use model::field::Table;
+use model::key::{KeyName, Named, OptionalKey};
 use model::{Mode, Scenario};
 use problems::{Origin, Report};
+use table::{Clock, Layout, Root};
 
 /// What the command line changes in a scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -141,18 +144,18 @@ fn apply<'a>(document: &mut RawTable, overrides: &'a Overrides, report: &mut Rep
         document::set(document, assignment, Origin::Option(index), report);
     }
     let option = |index: usize| Origin::Option(set.len() + index);
-    let has_layout = document.get("layout").is_some();
-    let mut put = |index: usize, path: &[&str], value: Option<RawValue>| {
+    let has_layout = document.get(Root::layout.name()).is_some();
+    let mut put = |index: usize, section: OptionalKey<Table>, key: KeyName, value: Option<RawValue>| {
         if let Some(value) = value {
-            document.put(path, Raw { origin: option(index), value });
+            document.put(&[section.name(), key.name()], Raw { origin: option(index), value });
         }
     };
-    put(0, &["clock", "mode"], mode.map(|mode| RawValue::Text(mode.word().to_string())));
-    put(3, &["clock", "seed"], seed.map(|seed| RawValue::Int(seed.into())));
-    put(4, &["clock", "duration_s"], duration_s.map(RawValue::Float));
+    put(0, Root::clock, Clock::mode.any(), mode.map(|mode| RawValue::Text(mode.word().to_string())));
+    put(3, Root::clock, Clock::seed.any(), seed.map(|seed| RawValue::Int(seed.into())));
+    put(4, Root::clock, Clock::duration_s.any(), duration_s.map(RawValue::Float));
     if let Some(count) = robots {
         if has_layout {
-            put(2, &["layout", "robots"], Some(RawValue::Int(*count as i128)));
+            put(2, Root::layout, Layout::robots.any(), Some(RawValue::Int(*count as i128)));
         } else {
             report.add_hint(
                 option(2),

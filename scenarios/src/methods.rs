@@ -1,7 +1,7 @@
 //! Methods and their parameters, as a file gives them.
 
 use crate::document::{Field, RawValue};
-use crate::node::{Block, Node, Value};
+use crate::node::Block;
 use crate::problems::{Origin, Report, known, nearest};
 use model::{BodyKind, ParamValue, ParamValues};
 use planners::{METHODS, Method, ParamError};
@@ -75,10 +75,9 @@ pub(crate) struct FleetParams(Vec<(&'static str, ParamValues)>);
 
 impl FleetParams {
     /// Checks the table and takes what is right.
-    pub(crate) fn read(root: &Node, report: &mut Report) -> FleetParams {
-        let Some(Value::Methods(methods)) = root.value("planners") else { return FleetParams(Vec::new()) };
+    pub(crate) fn read(planners: &[(String, Origin, Block)], report: &mut Report) -> FleetParams {
         let mut fleet = Vec::new();
-        for (name, origin, block) in methods {
+        for (name, origin, block) in planners {
             if let Some(method) = find(name, &block.path, *origin, report) {
                 check(method, block, report);
                 fleet.push((method.name, values(block)));

@@ -1,9 +1,11 @@
 //! What the walker makes of a document: tables with known keys and values of the right type.
 
-use crate::document::Field;
-use crate::keys::{Key, Preset, Section};
+use crate::document;
 use crate::problems::Origin;
-use nalgebra::Point2;
+use model::field::{Field, Params, ParamsByPlanner, Table, Tables};
+use model::key::{Asked, Named, OptionalKey};
+use model::kind::Section;
+use model::value::Value;
 
 /// A table of a file, checked.
 #[derive(Clone, Debug)]
@@ -14,45 +16,56 @@ pub(crate) struct Node {
     pub(crate) origin: Origin,
     /// The word of its tag, if it has one.
     pub(crate) tag: Option<&'static str>,
-    entries: Vec<(&'static str, Origin, Value)>,
+    entries: Vec<(&'static str, Origin, Entry)>,
 }
 
-/// A value of a type that the key table has.
+/// What a file gives for a key of the table.
 #[derive(Clone, Debug)]
-pub(crate) enum Value {
-    Text(String),
-    Word(&'static str),
-    Bool(bool),
-    Float(f64),
-    Int(i128),
-    Pair([f64; 2]),
-    Pose([f64; 2], Option<f64>),
-    Pairs(Vec<[f64; 2]>),
-    Numbers(Vec<u16>),
-    Floats(Vec<f64>),
+pub(crate) enum Entry {
+    Value(Value),
     Node(Node),
     Nodes(Vec<Node>),
     Params(Block),
-    Methods(Vec<(String, Origin, Block)>),
+    ParamsByPlanner(Vec<(String, Origin, Block)>),
     /// It was given, and it is wrong, and that has been reported.
     Wrong,
 }
 
-/// Parameters of a method, not yet checked against it.
+/// Parameters of a planner, not yet checked against it.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
     pub(crate) path: String,
-    pub(crate) fields: Vec<Field>,
+    pub(crate) fields: Vec<document::Field>,
 }
 
-/// Typed access. A key that is not there, or is there and wrong, is what the key table says it is then.
+/// What a file says about a key.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Given<T> {
+    Absent,
+    /// It was given, and it is wrong, and that has been reported.
+    Wrong,
+    Value(T),
+}
+
+impl<T> Given<T> {
+    /// The value; where none is given this one, where it is wrong none.
+    pub(crate) fn or(self, absent: T) -> Option<T> {
+        match self {
+            Given::Absent => Some(absent),
+            Given::Wrong => None,
+            Given::Value(value) => Some(value),
+        }
+    }
+}
+
+/// Typed access, with declared keys only. A key that is not there, or is there and wrong, is what its declaration says.
 impl Node {
     pub(crate) fn new(
         section: &'static Section,
         path: String,
         origin: Origin,
         tag: Option<&'static str>,
-        entries: Vec<(&'static str, Origin, Value)>,
+        entries: Vec<(&'static str, Origin, Entry)>,
     ) -> Node {
         Node { section, path, origin, tag, entries }
     }
@@ -62,113 +75,83 @@ impl Node {
         Node { section, path: path.to_string(), origin: Origin::Whole, tag: None, entries: Vec::new() }
     }
 
+    /// The value of a key.
+    pub(crate) fn get<K: Asked>(&self, key: K) -> K::Answer {
+        let name = key.name();
+        debug_assert!(self.section.key(name, self.tag).is_some(), "{} has no `{name}`", self.section.title);
+        match self.entry(key) {
+            Some(Entry::Value(value)) => key.answer(Some(value)),
+            _ => key.answer(None),
+        }
+    }
+
+    /// The value of a key, where it matters whether it was given.
+    pub(crate) fn given<K: Asked>(&self, key: K) -> Given<K::Value> {
+        match self.entry(key) {
+            None => Given::Absent,
+            Some(Entry::Value(value)) => K::Value::from_value(value).map_or(Given::Wrong, Given::Value),
+            Some(_) => Given::Wrong,
+        }
+    }
+
+    /// The value of a key as data, if the file gives a right one.
+    pub(crate) fn plain(&self, key: impl Named) -> Option<&Value> {
+        match self.entry(key) {
+            Some(Entry::Value(value)) => Some(value),
+            _ => None,
+        }
+    }
+
     /// Whether the file gives this key, right or wrong.
-    pub(crate) fn has(&self, name: &str) -> bool {
-        self.entries.iter().any(|(key, ..)| *key == name)
+    pub(crate) fn has(&self, key: impl Named) -> bool {
+        self.entry(key).is_some()
+    }
+
+    /// Whether the file gives this key a wrong value, which has been reported.
+    pub(crate) fn is_wrong(&self, key: impl Named) -> bool {
+        matches!(self.entry(key), Some(Entry::Wrong))
     }
 
     /// Where a key is, or where it would be.
-    pub(crate) fn at(&self, name: &str) -> Origin {
-        self.entries.iter().find(|(key, ..)| *key == name).map_or(self.origin, |(_, origin, _)| *origin)
+    pub(crate) fn at(&self, key: impl Named) -> Origin {
+        self.entries.iter().find(|(name, ..)| *name == key.name()).map_or(self.origin, |(_, origin, _)| *origin)
     }
 
     /// How to name a key.
-    pub(crate) fn key(&self, name: &str) -> String {
-        join(&self.path, name)
+    pub(crate) fn key(&self, key: impl Named) -> String {
+        join(&self.path, key.name())
     }
 
-    /// A value as given.
-    pub(crate) fn value(&self, name: &str) -> Option<&Value> {
-        debug_assert!(self.section.key(name, self.tag).is_some(), "{} has no `{name}`", self.section.title);
-        self.entries.iter().find(|(key, ..)| *key == name).map(|(.., value)| value)
-    }
-
-    pub(crate) fn float(&self, name: &str) -> Option<f64> {
-        match self.value(name) {
-            Some(Value::Float(number)) => Some(*number),
-            _ => preset(self.section.key(name, self.tag)?).and_then(|text| text.parse().ok()),
-        }
-    }
-
-    pub(crate) fn int(&self, name: &str) -> Option<i128> {
-        match self.value(name) {
-            Some(Value::Int(number)) => Some(*number),
-            _ => preset(self.section.key(name, self.tag)?).and_then(|text| text.parse().ok()),
-        }
-    }
-
-    pub(crate) fn bool(&self, name: &str) -> Option<bool> {
-        match self.value(name) {
-            Some(Value::Bool(value)) => Some(*value),
-            _ => preset(self.section.key(name, self.tag)?).and_then(|text| text.parse().ok()),
-        }
-    }
-
-    /// A text or a word.
-    pub(crate) fn text(&self, name: &str) -> Option<&str> {
-        match self.value(name) {
-            Some(Value::Text(text)) => Some(text),
-            Some(Value::Word(word)) => Some(word),
-            _ => preset(self.section.key(name, self.tag)?).map(|text| text.trim_matches('"')),
-        }
-    }
-
-    pub(crate) fn pair(&self, name: &str) -> Option<[f64; 2]> {
-        match self.value(name) {
-            Some(Value::Pair(pair) | Value::Pose(pair, _)) => Some(*pair),
-            _ => {
-                let text = preset(self.section.key(name, self.tag)?)?;
-                let (x, y) = text.trim_matches(['[', ']']).split_once(", ")?;
-                Some([x.parse().ok()?, y.parse().ok()?])
-            }
-        }
-    }
-
-    pub(crate) fn point(&self, name: &str) -> Option<Point2<f64>> {
-        self.pair(name).map(|[x, y]| Point2::new(x, y))
-    }
-
-    /// The heading that a pose has.
-    pub(crate) fn yaw(&self, name: &str) -> Option<f64> {
-        match self.value(name) {
-            Some(Value::Pose(_, yaw_rad)) => *yaw_rad,
+    pub(crate) fn node(&self, key: OptionalKey<Table>) -> Option<&Node> {
+        match self.entry(key) {
+            Some(Entry::Node(node)) => Some(node),
             _ => None,
         }
     }
 
-    pub(crate) fn points(&self, name: &str) -> Vec<Point2<f64>> {
-        match self.value(name) {
-            Some(Value::Pairs(pairs)) => pairs.iter().map(|[x, y]| Point2::new(*x, *y)).collect(),
-            _ => Vec::new(),
-        }
-    }
-
-    pub(crate) fn numbers(&self, name: &str) -> &[u16] {
-        match self.value(name) {
-            Some(Value::Numbers(numbers)) => numbers,
+    pub(crate) fn nodes(&self, key: OptionalKey<Tables>) -> &[Node] {
+        match self.entry(key) {
+            Some(Entry::Nodes(nodes)) => nodes,
             _ => &[],
         }
     }
 
-    pub(crate) fn node(&self, name: &str) -> Option<&Node> {
-        match self.value(name) {
-            Some(Value::Node(node)) => Some(node),
+    pub(crate) fn params(&self, key: OptionalKey<Params>) -> Option<&Block> {
+        match self.entry(key) {
+            Some(Entry::Params(block)) => Some(block),
             _ => None,
         }
     }
 
-    pub(crate) fn nodes(&self, name: &str) -> &[Node] {
-        match self.value(name) {
-            Some(Value::Nodes(nodes)) => nodes,
+    pub(crate) fn params_by_planner(&self, key: OptionalKey<ParamsByPlanner>) -> &[(String, Origin, Block)] {
+        match self.entry(key) {
+            Some(Entry::ParamsByPlanner(blocks)) => blocks,
             _ => &[],
         }
     }
-}
 
-fn preset(key: &Key) -> Option<&'static str> {
-    match key.preset {
-        Preset::Value(text) => Some(text),
-        _ => None,
+    fn entry(&self, key: impl Named) -> Option<&Entry> {
+        self.entries.iter().find(|(name, ..)| *name == key.name()).map(|(.., entry)| entry)
     }
 }
 

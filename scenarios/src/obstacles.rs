@@ -1,9 +1,11 @@
 //! Obstacles and motions.
 
-use crate::node::{Node, Value};
+use crate::node::Node;
 use crate::problems::Report;
+use crate::table::{self, MotionKind, ObstacleShape, Root};
+use crate::types::Interval;
 use geometry::{Capsule, segment_distance, segments_cross};
-use model::{AtEnd, Bounds, MAX_SHAPES, Motion, Obstacle, Shape};
+use model::{Bounds, MAX_SHAPES, Motion, Obstacle, Shape};
 use nalgebra::{Point2, Vector2};
 
 /// Two points nearer than this are the same.
@@ -11,12 +13,12 @@ const SAME_M: f64 = 1e-9;
 
 /// All obstacles of a file; wrong ones are reported and keep their place as a point far away.
 pub(crate) fn read(root: &Node, world: Bounds, report: &mut Report) -> Vec<Obstacle> {
-    let nodes = root.nodes("obstacle");
+    let nodes = root.nodes(Root::obstacle);
     let obstacles: Vec<Obstacle> = nodes.iter().map(|node| obstacle(node, world, report)).collect();
     let pieces: usize = obstacles.iter().map(|obstacle| pieces(&obstacle.shape)).sum();
     if pieces > MAX_SHAPES {
         let message = format!("all obstacles together have {pieces} pieces, at most {MAX_SHAPES} are allowed");
-        report.add_hint(root.at("obstacle"), "obstacle", message, "every edge of a polygon is a piece");
+        report.add_hint(root.at(Root::obstacle), "obstacle", message, "every edge of a polygon is a piece");
     }
     obstacles
 }
@@ -35,7 +37,7 @@ fn obstacle(node: &Node, world: Bounds, report: &mut Report) -> Obstacle {
         let nowhere = Point2::new(f64::NAN, f64::NAN);
         return Obstacle { shape: Shape::Capsule(Capsule::disc(nowhere, 0.0)), motion: None };
     };
-    let motion = node.node("motion").and_then(|motion_node| {
+    let motion = node.node(table::Obstacle::motion).and_then(|motion_node| {
         let motion = motion(motion_node, shape.reference(), world, report)?;
         shape = moved(&shape, beginning(&motion, shape.reference()) - shape.reference());
         Some(motion)
@@ -44,27 +46,27 @@ fn obstacle(node: &Node, world: Bounds, report: &mut Report) -> Obstacle {
 }
 
 fn shape(node: &Node, report: &mut Report) -> Option<Shape> {
-    match node.tag? {
-        "disc" => Some(Shape::Capsule(Capsule::disc(node.point("center_m")?, node.float("radius_m")?))),
-        tag @ ("segment" | "capsule") => {
-            let (a, b) = (node.point("from_m")?, node.point("to_m")?);
-            let radius = if tag == "capsule" { node.float("radius_m")? } else { 0.0 };
+    use table::Obstacle as Keys;
+    match node.get(Keys::shape)? {
+        ObstacleShape::Disc => {
+            Some(Shape::Capsule(Capsule::disc(node.get(Keys::center_m)?, node.get(Keys::radius_m)?)))
+        }
+        shape @ (ObstacleShape::Segment | ObstacleShape::Capsule) => {
+            let (a, b) = (node.get(Keys::from_m)?, node.get(Keys::to_m)?);
+            let radius = if shape == ObstacleShape::Capsule { node.get(Keys::radius_m)? } else { 0.0 };
             if nalgebra::distance(&a, &b) < SAME_M {
                 let message = format!("from_m and to_m are the same point, {}", show(a));
-                report.add_hint(node.at("to_m"), &node.key("to_m"), message, "a point with a radius is a disc");
+                report.add_hint(node.at(Keys::to_m), &node.key(Keys::to_m), message, "a point with a radius is a disc");
                 return None;
             }
             Some(Shape::Capsule(Capsule { a, b, radius }))
         }
-        _ => {
-            let corners = node.points("corners_m");
-            if corners.is_empty() {
-                return None; // missing or wrong, and reported
-            }
+        ObstacleShape::Polygon => {
+            let corners = node.get(Keys::corners_m)?; // missing or wrong, and reported
             if let Some(message) = polygon_problem(&corners) {
                 report.add_hint(
-                    node.at("corners_m"),
-                    &node.key("corners_m"),
+                    node.at(Keys::corners_m),
+                    &node.key(Keys::corners_m),
                     message,
                     "list the corners once, in order round the polygon; it is closed from the last to the first",
                 );
@@ -107,64 +109,51 @@ fn polygon_problem(corners: &[Point2<f64>]) -> Option<String> {
 
 /// How something at `reference` moves.
 pub(crate) fn motion(node: &Node, reference: Point2<f64>, world: Bounds, report: &mut Report) -> Option<Motion> {
-    match node.tag? {
-        "orbit" => {
-            let center = node.point("center_m")?;
+    use table::Motion as Keys;
+    match node.get(Keys::kind)? {
+        MotionKind::Orbit => {
+            let center = node.get(Keys::center_m)?;
             let from_center = reference - center;
-            let radius_m = match node.value("radius_m") {
-                Some(_) => node.float("radius_m")?,
-                None => from_center.norm(),
-            };
+            let radius_m = node.given(Keys::radius_m).or(from_center.norm())?;
             if radius_m < SAME_M {
                 let message = "it stands at the centre of its orbit, so the circle has no radius";
                 report.add_hint(
-                    node.at("center_m"),
-                    &node.key("center_m"),
+                    node.at(Keys::center_m),
+                    &node.key(Keys::center_m),
                     message,
                     "give radius_m, or move one of them",
                 );
                 return None;
             }
-            let phase_rad = node.float("phase_rad").unwrap_or_else(|| geometry::heading(from_center));
-            Some(Motion::Orbit { center, radius_m, omega_radps: node.float("omega_radps")?, phase_rad })
+            let phase_rad = node.get(Keys::phase_rad).unwrap_or_else(|| geometry::heading(from_center));
+            Some(Motion::Orbit { center, radius_m, omega_radps: node.get(Keys::omega_radps)?, phase_rad })
         }
-        "bounce" => {
-            let velocity_mps = node.pair("velocity_mps")?;
+        MotionKind::Bounce => {
+            let velocity_mps = node.get(Keys::velocity_mps)?;
             Some(Motion::Bounce { velocity_mps, within: within(node, reference, world, report)? })
         }
-        "random-walk" => Some(Motion::RandomWalk {
-            speed_mps: node.float("speed_mps")?,
-            turn_every_s: node.float("turn_every_s")?,
+        MotionKind::RandomWalk => Some(Motion::RandomWalk {
+            speed_mps: node.get(Keys::speed_mps)?,
+            turn_every_s: node.get(Keys::turn_every_s),
             within: within(node, reference, world, report)?,
         }),
-        _ => {
-            let points = node.points("points_m");
-            if points.is_empty() {
-                return None; // missing or wrong, and reported
-            }
+        MotionKind::Waypoints => {
+            let points = node.get(Keys::points_m)?; // missing or wrong, and reported
             if let Some(i) = points.windows(2).position(|pair| nalgebra::distance(&pair[0], &pair[1]) < SAME_M) {
                 let message = format!("points {i} and {} are the same, {}", i + 1, show(points[i]));
-                report.add(node.at("points_m"), &node.key("points_m"), message);
+                report.add(node.at(Keys::points_m), &node.key(Keys::points_m), message);
                 return None;
             }
-            let then = match node.text("then")? {
-                "ping-pong" => AtEnd::PingPong,
-                "stop" => AtEnd::Stop,
-                _ => AtEnd::Loop,
-            };
-            Some(Motion::Waypoints { points, speed_mps: node.float("speed_mps")?, then })
+            Some(Motion::Waypoints { points, speed_mps: node.get(Keys::speed_mps)?, then: node.get(Keys::then) })
         }
     }
 }
 
 /// The rectangle of a motion, which must hold the thing that moves.
 fn within(node: &Node, reference: Point2<f64>, world: Bounds, report: &mut Report) -> Option<Bounds> {
-    let side = |key: &str, default: [f64; 2]| match node.value(key) {
-        None => Some(default),
-        Some(Value::Pair(pair)) => Some(*pair),
-        Some(_) => None,
-    };
-    let bounds = Bounds { x_m: side("x_m", world.x_m)?, y_m: side("y_m", world.y_m)? };
+    let Interval(x_m) = node.given(table::Motion::x_m).or(Interval(world.x_m))?;
+    let Interval(y_m) = node.given(table::Motion::y_m).or(Interval(world.y_m))?;
+    let bounds = Bounds { x_m, y_m };
     if !contains(bounds, reference) {
         let message = format!("it starts at {}, outside the rectangle that it moves in", show(reference));
         report.add_hint(

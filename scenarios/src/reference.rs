@@ -1,8 +1,7 @@
 //! The key table as a page for people, in Markdown: docs/scenario-reference.md.
 
-use crate::keys::{Key, Preset, Section, Type};
 use crate::table::all_sections;
-use crate::walk::{describe_range, describe_type};
+use model::kind::{Preset, Section, Spec};
 use planners::METHODS;
 use std::fmt::Write;
 
@@ -20,11 +19,11 @@ Names carry their units: `_m` is metres, `_s` seconds, `_rad` radians counter-cl
 pub fn reference() -> String {
     let mut page = HEAD.to_string();
     // Keys that several sections share are explained in the first.
-    let mut explained: Vec<(&[Key], &Section)> = Vec::new();
+    let mut explained: Vec<(&[Spec], &Section)> = Vec::new();
     for section in all_sections() {
         let _ = writeln!(page, "\n## {}\n\n{}\n", heading(section), section.help);
         for group in section.groups.iter().copied() {
-            match explained.iter().find(|(known, _)| known.len() > 1 && std::ptr::eq(*known, group)) {
+            match explained.iter().find(|(known, _)| known.len() > 1 && same(known, group)) {
                 Some((_, first)) => {
                     let (from, to) = (group[0].name, group[group.len() - 1].name);
                     let _ = writeln!(page, "- `{from}` to `{to}`: as in {}.", heading(first));
@@ -40,12 +39,16 @@ pub fn reference() -> String {
     }
     for method in METHODS {
         let _ = writeln!(page, "\n## `[planners.{}]`\n\n{}\n", method.name, method.summary);
-        for spec in (method.params)() {
-            let unit = if spec.unit.is_empty() { String::new() } else { format!(", {}", spec.unit) };
-            let _ = writeln!(page, "- `{}`: {}{unit}; default `{}`. {}", spec.name, spec.kind, spec.default, spec.help);
+        for key in &(method.params)() {
+            let _ = writeln!(page, "- `{}`: {}", key.name, about(key));
         }
     }
     page
+}
+
+/// Whether two groups are one. A constant has no address of its own, so they are compared.
+fn same(a: &[Spec], b: &[Spec]) -> bool {
+    a.iter().map(|key| (key.name, key.help)).eq(b.iter().map(|key| (key.name, key.help)))
 }
 
 /// How a heading names a section.
@@ -56,23 +59,16 @@ fn heading(section: &Section) -> String {
     }
 }
 
-fn about(key: &Key) -> String {
-    let mut text = describe_type(key.ty);
-    match key.ty {
-        Type::Float(range) => text = format!("{text} {}", describe_range(range)),
-        Type::Joints(range) => text = format!("{text}, each {}", describe_range(range)),
-        Type::Int { min, max } => text = format!("{text} {min} to {max}"),
-        Type::Numbers(max) => text = format!("{text}, each 0 to {max}"),
-        _ => {}
-    }
-    if !key.unit().is_empty() {
-        let _ = write!(text, ", {}", key.unit());
+fn about(key: &Spec) -> String {
+    let mut text = key.kind().to_string();
+    if !key.unit.is_empty() {
+        let _ = write!(text, ", {}", key.unit);
     }
     match key.preset {
         Preset::Required => text.push_str("; required"),
         Preset::Absent => {}
         Preset::Value(value) => {
-            let _ = write!(text, "; default `{value}`");
+            let _ = write!(text, "; default `{}`", value());
         }
         Preset::Computed(words) => {
             let _ = write!(text, "; default: {words}");

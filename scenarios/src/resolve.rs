@@ -3,19 +3,21 @@
 use crate::arm;
 use crate::check::{self, Source};
 use crate::ground::{Ground, Surfaces};
-use crate::keys::{FAR_M, Type};
 use crate::layout::{self, Surroundings};
-use crate::node::{Node, Value};
+use crate::node::Node;
 use crate::obstacles;
 use crate::paper::{self, Paper};
 use crate::problems::{Origin, Report};
 use crate::processes;
 use crate::robots::{self, Layers, Place};
-use crate::table::ROOT;
+use crate::table::{self, KindKey, Layout, PlacedArm, Root};
 use crate::timeline::{self, Stage};
+use crate::types::{Arrivals, Interval};
 use crate::{walk, warnings};
 use geometry::Capsule;
-use model::BodyKind;
+use model::field::Table;
+use model::key::{Key, KeyName, Named, OptionalKey};
+use model::kind::{FAR_M, Kind};
 use model::*;
 use nalgebra::Point2;
 use std::collections::{HashMap, HashSet};
@@ -27,10 +29,10 @@ const NOWHERE: Point2<f64> = Point2::new(f64::NAN, f64::NAN);
 
 /// Resolves a walked file. The result counts only if nothing is in the report afterwards.
 pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &mut Report) -> (Scenario, Paper) {
-    let bounds = bounds(&section(root, "world"));
-    let clock_node = section(root, "clock");
+    let bounds = bounds(&section(root, Root::world));
+    let clock_node = section(root, Root::clock);
     let clock = clock(&clock_node, report);
-    let radio = timeline::radio(&section(root, "radio"), Radio::PERFECT);
+    let radio = timeline::radio(&section(root, Root::radio));
     let obstacles = obstacles::read(root, bounds, report);
     let surfaces = Surfaces::new(&obstacles);
     let layers = Layers::read(root, planner, clock.tick_hz, report);
@@ -47,22 +49,23 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         all_known: crew.complete,
         radio,
         clock,
-        cut_short: clock_node.has("duration_s") && matches!(clock_node.at("duration_s"), Origin::Option(_)),
+        cut_short: clock_node.has(table::Clock::duration_s)
+            && matches!(clock_node.at(table::Clock::duration_s), Origin::Option(_)),
         ground,
     };
     let events = stage.events(root, report);
     warnings::check(&crew.robots, &crew.sources, &events, clock, report);
-    let paper = paper::read(root, &crew.robots, crew.complete, report);
+    let paper = paper::read(root.node(Root::paper), &crew.robots, crew.complete, report);
     let scenario = Scenario {
-        name: root.text("name").unwrap_or(name).to_string(),
-        description: root.text("description").unwrap_or_default().to_string(),
+        name: root.get(Root::name).unwrap_or_else(|| name.to_string()),
+        description: root.get(Root::description),
         bounds,
-        fleet: fleet(&section(root, "fleet"), &clock, &crew, report),
+        fleet: fleet(&section(root, Root::fleet), &clock, &crew, report),
         processes: processes::read(root, report),
         clock,
         radio,
         obstacles,
-        expect: expect(&section(root, "expect"), &crew, report),
+        expect: expect(&section(root, Root::expect), &crew, report),
         robots: crew.robots,
         template,
         events,
@@ -72,43 +75,34 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
 }
 
 /// A section of the file; if it has none, an empty one.
-fn section(root: &Node, name: &str) -> Node {
-    match (root.node(name), ROOT.key(name, None).map(|key| key.ty)) {
+fn section(root: &Node, key: OptionalKey<Table>) -> Node {
+    match (root.node(key), root.section.key(key.name(), None).map(|spec| spec.kind())) {
         (Some(node), _) => node.clone(),
-        (None, Some(Type::Table(section))) => Node::absent(section, name),
-        (None, _) => Node::absent(&ROOT, ""),
+        (None, Some(Kind::Table(section))) => Node::absent(section, key.name()),
+        (None, _) => Node::absent(root.section, ""),
     }
 }
 
 fn bounds(node: &Node) -> Bounds {
     // An edge that could not be read is no edge: the robots are not to blame.
-    let side = |key: &str| match node.value(key) {
-        Some(Value::Wrong) => [-FAR_M, FAR_M],
-        _ => node.pair(key).unwrap_or_default(),
-    };
-    Bounds { x_m: side("x_m"), y_m: side("y_m") }
+    let side = |key: Key<Interval>| if node.is_wrong(key) { [-FAR_M, FAR_M] } else { node.get(key).0 };
+    Bounds { x_m: side(table::World::x_m), y_m: side(table::World::y_m) }
 }
 
 fn clock(node: &Node, report: &mut Report) -> Clock {
-    let tick_hz = node.float("tick_hz").unwrap_or(1.0);
-    let duration_s = node.float("duration_s").unwrap_or_default();
+    let (tick_hz, duration_s) = (node.get(table::Clock::tick_hz), node.get(table::Clock::duration_s));
     let ticks_max = (duration_s * tick_hz).round() as u64;
     if ticks_max == 0 {
         let message = format!("{duration_s} s is shorter than half a tick");
         report.add_hint(
-            node.at("duration_s"),
-            &node.key("duration_s"),
+            node.at(table::Clock::duration_s),
+            &node.key(table::Clock::duration_s),
             message,
             format!("a tick lasts {} s", 1.0 / tick_hz),
         );
     }
-    let mode = match node.text("mode") {
-        Some("realtime") => Mode::Realtime,
-        Some("single") => Mode::Single,
-        _ => Mode::Lockstep,
-    };
-    let stop = if node.text("stop") == Some("duration") { Stop::Duration } else { Stop::Arrived };
-    Clock { mode, tick_hz, seed: node.int("seed").unwrap_or_default() as u64, ticks_max, stop }
+    let (mode, stop) = (node.get(table::Clock::mode), node.get(table::Clock::stop));
+    Clock { mode, tick_hz, seed: node.get(table::Clock::seed), ticks_max, stop }
 }
 
 /// Least `fleet.command_timeout_s` in ticks. A command that is on time can be as old as two ticks when the world takes it: up
@@ -117,57 +111,52 @@ const COMMAND_TIMEOUT_TICKS_MIN: f64 = 3.0;
 
 fn fleet(node: &Node, clock: &Clock, crew: &Crew, report: &mut Report) -> Fleet {
     let count = crew.robots.len();
-    let max_robots = match node.int("max_robots") {
-        Some(max) => max as usize,
-        None => (count + ROBOTS_SPARE).min(MAX_ROBOTS),
-    };
+    let max_robots = node.get(table::Fleet::max_robots).unwrap_or((count + ROBOTS_SPARE).min(MAX_ROBOTS));
     if (max_robots + 1..=MAX_ROBOTS).contains(&count) {
         let message = format!("the fleet has room for {max_robots}, the scenario has {count} robots");
         let hint = format!("make it {count} or more, or leave it out");
-        report.add_hint(node.at("max_robots"), &node.key("max_robots"), message, hint);
+        report.add_hint(node.at(table::Fleet::max_robots), &node.key(table::Fleet::max_robots), message, hint);
     }
-    let command_timeout_s = match node.float("command_timeout_s") {
+    let command_timeout_s = match node.get(table::Fleet::command_timeout_s) {
         Some(timeout_s) => {
             let least_s = COMMAND_TIMEOUT_TICKS_MIN / clock.tick_hz;
             if timeout_s < least_s {
                 let message = format!("must be at least three ticks, {least_s} s, is {timeout_s}");
                 let hint =
                     format!("make it {least_s} or more, or leave it out: a command on time can be two ticks old");
-                report.add_hint(node.at("command_timeout_s"), &node.key("command_timeout_s"), message, hint);
+                let key = table::Fleet::command_timeout_s;
+                report.add_hint(node.at(key), &node.key(key), message, hint);
             }
             timeout_s
         }
         None => f64::max(0.25, 5.0 * clock.dt_s()),
     };
-    let straggler = match node.text("straggler") {
-        Some("hold") => StragglerPolicy::Hold,
-        Some("drop") => StragglerPolicy::Drop,
-        _ => StragglerPolicy::Wait,
-    };
     Fleet {
         max_robots,
-        straggler,
-        straggler_limit_s: node.float("straggler_limit_s").unwrap_or_default(),
+        straggler: node.get(table::Fleet::straggler),
+        straggler_limit_s: node.get(table::Fleet::straggler_limit_s),
         command_timeout_s,
-        start_limit_s: node.float("start_limit_s").unwrap_or_default(),
+        start_limit_s: node.get(table::Fleet::start_limit_s),
     }
 }
 
 fn expect(node: &Node, crew: &Crew, report: &mut Report) -> Expect {
-    let arrived_min = match node.value("arrived") {
-        Some(Value::Int(count)) => Some(*count as usize),
-        _ => None,
-    };
+    let Arrivals(arrived_min) = node.get(table::Expect::arrived);
     let count = crew.robots.len();
     if let Some(arrived) = arrived_min.filter(|arrived| *arrived > count && crew.complete) {
         let message = format!("{arrived} robots cannot arrive, the scenario has {count}");
-        report.add_hint(node.at("arrived"), &node.key("arrived"), message, "arrived = \"all\" fits any number");
+        report.add_hint(
+            node.at(table::Expect::arrived),
+            &node.key(table::Expect::arrived),
+            message,
+            "arrived = \"all\" fits any number",
+        );
     }
     Expect {
         arrived_min,
-        contacts_max: node.int("contacts_max").unwrap_or_default() as u64,
-        makespan_s_max: node.float("makespan_s_max"),
-        clearance_m_min: node.float("clearance_m_min"),
+        contacts_max: node.get(table::Expect::contacts_max),
+        makespan_s_max: node.get(table::Expect::makespan_s_max),
+        clearance_m_min: node.get(table::Expect::clearance_m_min),
     }
 }
 
@@ -189,22 +178,22 @@ impl Crew {
         report: &mut Report,
     ) -> Crew {
         let late = timeline::late(root);
-        let pattern = root.node("layout").map(Pattern::of);
+        let pattern = root.node(Root::layout).map(Pattern::of);
         // Of entries with one id, the first is that of the layout's robot.
         let mut of_layout: HashMap<usize, &Node> = HashMap::new();
         let mut alone: Vec<(Robot, Source)> = Vec::new();
-        for node in root.nodes("robot") {
-            let index = pattern.as_ref().and_then(|pattern| pattern.index_of(node.text("id")?));
+        for node in root.nodes(Root::robot) {
+            let index = pattern.as_ref().and_then(|pattern| pattern.index_of(&node.get(table::Robot::id)?.0));
             match index.filter(|index| !of_layout.contains_key(index)) {
                 Some(index) => drop(of_layout.insert(index, node)),
                 None => alone.push(single(node, None, layers, ground, &late, report)),
             }
         }
         let mut complete = alone.iter().all(|(robot, _)| !robot.id.is_empty())
-            && !matches!(root.value("robot"), Some(Value::Wrong))
-            && !matches!(root.value("layout"), Some(Value::Wrong));
+            && !root.is_wrong(Root::robot)
+            && !root.is_wrong(Root::layout);
         let mut members: Vec<(Robot, Source)> = Vec::new();
-        if let Some(node) = root.node("layout") {
+        if let Some(node) = root.node(Root::layout) {
             if arm::check_layout(node, template.kind, report) {
                 layers.check_layout(template, node, report);
             } else {
@@ -242,7 +231,7 @@ impl Crew {
         }
         if members.len() > MAX_ROBOTS {
             let message = format!("layout and robots together are {}, at most {MAX_ROBOTS} are allowed", members.len());
-            report.add(root.at("robot"), "robot", message);
+            report.add(root.at(Root::robot), "robot", message);
         }
         let (robots, sources): (Vec<Robot>, Vec<Source>) = members.into_iter().unzip();
         let arms = robots.iter().filter(|robot| robot.arm.is_some()).count();
@@ -252,7 +241,7 @@ impl Crew {
                 ground.surfaces.pieces() + arms
             );
             report.add_hint(
-                root.at("robot"),
+                root.at(Root::robot),
                 "robot",
                 message,
                 "every edge of a polygon is a piece, and so is every arm",
@@ -264,15 +253,14 @@ impl Crew {
 }
 
 /// The ids of a layout.
-struct Pattern<'a> {
-    prefix: &'a str,
+struct Pattern {
+    prefix: String,
     count: usize,
 }
 
-impl<'a> Pattern<'a> {
-    fn of(node: &'a Node) -> Pattern<'a> {
-        let count = node.int("robots").and_then(|count| usize::try_from(count).ok()).unwrap_or(0);
-        Pattern { prefix: node.text("id_prefix").unwrap_or_default(), count }
+impl Pattern {
+    fn of(node: &Node) -> Pattern {
+        Pattern { prefix: node.get(Layout::id_prefix).0, count: node.get(Layout::robots).unwrap_or(0) }
     }
 
     fn id(&self, index: usize) -> String {
@@ -282,7 +270,7 @@ impl<'a> Pattern<'a> {
 
     /// Which robot of the layout has this id.
     fn index_of(&self, id: &str) -> Option<usize> {
-        let index = id.strip_prefix(self.prefix)?.parse().ok()?;
+        let index = id.strip_prefix(&self.prefix)?.parse().ok()?;
         (index < self.count && self.id(index) == id).then_some(index)
     }
 }
@@ -293,48 +281,59 @@ fn single(
     layout: Option<[Point2<f64>; 2]>,
     layers: &Layers<'_>,
     ground: &Ground<'_>,
-    late: &HashSet<&str>,
+    late: &HashSet<String>,
     report: &mut Report,
 ) -> (Robot, Source) {
-    let id = node.text("id").unwrap_or_default();
+    use table::Robot as Keys;
+    let id = node.get(Keys::id).map(|id| id.0).unwrap_or_default();
     if layout.is_none() {
-        let unplaced = !node.has("start_m") && !node.has("start_joints_rad");
-        for name in [("start_m", unplaced), ("goal_m", !node.has("goal_m"))].iter().filter(|(_, lacks)| *lacks) {
-            let hint = node.section.key(name.0, None).map(walk::describe_key).unwrap_or_default();
-            report.add_hint(node.origin, &node.path, format!("needs `{}`", name.0), format!("{}: {hint}", name.0));
+        let unplaced = !node.has(Keys::start_m) && !node.has(PlacedArm::start_joints_rad);
+        let needed = [(Keys::start_m.any(), unplaced), (Keys::goal_m.any(), !node.has(Keys::goal_m))];
+        for name in needed.into_iter().filter(|(_, lacks)| *lacks).map(|(key, _)| key.name()) {
+            let hint = node.section.key(name, None).map(walk::describe_key).unwrap_or_default();
+            report.add_hint(node.origin, &node.path, format!("needs `{name}`"), format!("{name}: {hint}"));
         }
     }
-    let place = |name: &str, of_layout: Option<Point2<f64>>| match of_layout.filter(|_| !node.has(name)) {
-        Some(place) => place,
-        None => node.point(name).unwrap_or(NOWHERE),
+    let place = |key: KeyName, given: Option<Point2<f64>>, of_layout: Option<Point2<f64>>| {
+        of_layout.filter(|_| !node.has(key)).or(given).unwrap_or(NOWHERE)
     };
-    let mut goal = place("goal_m", layout.map(|[_, goal]| goal));
-    let goal_motion = match node.node("goal_motion") {
+    let pose = node.get(Keys::goal_m);
+    let mut goal = place(Keys::goal_m.any(), pose.map(|pose| pose.at), layout.map(|[_, goal]| goal));
+    let goal_motion = match node.node(Keys::goal_motion) {
         Some(motion) if goal != NOWHERE => obstacles::motion(motion, goal, ground.world, report),
         _ => None,
     };
     if let Some(motion) = &goal_motion {
         goal = obstacles::beginning(motion, goal);
     }
-    let mut goals = node.points("waypoints_m");
+    let mut goals = node.get(Keys::waypoints_m);
     goals.push(goal);
-    let start = place("start_m", layout.map(|[start, _]| start));
-    let goal_yaw_rad = node.yaw("goal_m");
-    let place = Place { id: id.to_string(), start, goals, goal_yaw_rad, goal_motion };
-    let at = |key: &str| (node.key(key), node.at(key));
+    let start = place(Keys::start_m.any(), node.get(Keys::start_m), layout.map(|[start, _]| start));
+    let goal_yaw_rad = pose.and_then(|pose| pose.yaw_rad);
+    let at = |key: KeyName| (node.key(key), node.at(key));
     let source = Source {
-        id: at("id"),
-        start: at(if node.has("start_joints_rad") { "start_joints_rad" } else { "start_m" }),
-        goal: at("goal_m"),
-        waypoints: at("waypoints_m"),
-        late: late.contains(id),
+        id: at(Keys::id.any()),
+        start: at(if node.has(PlacedArm::start_joints_rad) {
+            PlacedArm::start_joints_rad.any()
+        } else {
+            Keys::start_m.any()
+        }),
+        goal: at(Keys::goal_m.any()),
+        waypoints: at(Keys::waypoints_m.any()),
+        late: late.contains(&id),
     };
+    let place = Place { id, start, goals, goal_yaw_rad, goal_motion };
     let mut robot = layers.robot(Some(node), place, report);
-    robots::check_goal_yaw(&robot, goal_yaw_rad, &node.key("goal_m"), node.at("goal_m"), report);
+    robots::check_goal_yaw(&robot, goal_yaw_rad, &node.key(Keys::goal_m), node.at(Keys::goal_m), report);
     robots::check_rounds(&robot, node, report);
     if robot.kind == BodyKind::TwoLinkArm && layout.is_some() {
         let message = "a robot of the layout cannot be an arm";
-        report.add_hint(node.at("kind"), &node.key("kind"), message, "give the arm an id of its own, and base_m");
+        report.add_hint(
+            node.at(KindKey::kind),
+            &node.key(KindKey::kind),
+            message,
+            "give the arm an id of its own, and base_m",
+        );
     } else if robot.kind == BodyKind::TwoLinkArm {
         arm::stand(&mut robot, node, layers.arm, ground.surfaces, report);
     }
@@ -347,11 +346,11 @@ fn in_layout(
     id: String,
     [start, goal]: [Point2<f64>; 2],
     layers: &Layers<'_>,
-    late: &HashSet<&str>,
+    late: &HashSet<String>,
     report: &mut Report,
 ) -> (Robot, Source) {
     let at = || (node.path.clone(), node.origin);
-    let source = Source { id: at(), start: at(), goal: at(), waypoints: at(), late: late.contains(id.as_str()) };
+    let source = Source { id: at(), start: at(), goal: at(), waypoints: at(), late: late.contains(&id) };
     (layers.robot(None, Place::at(id, start, vec![goal]), report), source)
 }
 

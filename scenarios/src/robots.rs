@@ -1,11 +1,12 @@
-//! Robots from their layers: the robot itself, its kind, the defaults, the key table.
+//! Robots from their layers: the robot itself, its kind, the defaults, the declarations of the keys.
 
 use crate::arm;
-use crate::body::Body;
+use crate::layers::Layered;
 use crate::methods::{self, FleetParams};
-use crate::node::{Node, Value};
+use crate::node::{Given, Node};
 use crate::problems::{Origin, Report};
-use crate::table::DEFAULTS;
+use crate::table::{self, Body, KindKey, Kinds, Mobile, RestartPolicy, Root};
+use crate::types::{PlannerName, Rounds};
 use model::{BodyKind, Limits, Motion, ParamValues, Restart, Robot};
 use nalgebra::{Point2, Vector2};
 
@@ -41,13 +42,13 @@ impl Place {
 impl<'a> Layers<'a> {
     /// Checks what is shared.
     pub(crate) fn read(root: &'a Node, planner: Option<&'a str>, tick_hz: f64, report: &mut Report) -> Layers<'a> {
-        let kinds = root.node("kinds");
+        let kinds = root.node(Root::kinds);
         let layers = Layers {
-            defaults: root.node("defaults"),
-            point: kinds.and_then(|kinds| kinds.node("point")),
-            unicycle: kinds.and_then(|kinds| kinds.node("unicycle")),
-            arm: kinds.and_then(|kinds| kinds.node("two-link-arm")),
-            fleet_params: FleetParams::read(root, report),
+            defaults: root.node(Root::defaults),
+            point: kinds.and_then(|kinds| kinds.node(Kinds::point)),
+            unicycle: kinds.and_then(|kinds| kinds.node(Kinds::unicycle)),
+            arm: kinds.and_then(|kinds| kinds.node(Kinds::two_link_arm)),
+            fleet_params: FleetParams::read(root.params_by_planner(Root::planners), report),
             planner,
             tick_hz,
         };
@@ -60,12 +61,7 @@ impl<'a> Layers<'a> {
 
     /// The robot that a node describes; without a node the one that the defaults describe.
     pub(crate) fn robot(&self, node: Option<&Node>, place: Place, report: &mut Report) -> Robot {
-        let mut above = [node, self.defaults].into_iter().flatten();
-        let kind = match above.find(|layer| layer.has("kind")).and_then(|layer| layer.text("kind")) {
-            Some("unicycle") => BodyKind::Unicycle,
-            Some("two-link-arm") => BodyKind::TwoLinkArm,
-            _ => BodyKind::Point,
-        };
+        let kind = Layered([node, self.defaults].into_iter().flatten().collect()).get(KindKey::kind);
         let of_kind = match kind {
             BodyKind::Point => self.point,
             BodyKind::Unicycle => self.unicycle,
@@ -75,48 +71,48 @@ impl<'a> Layers<'a> {
         let (planner, params) = self.method(&layers, kind);
         if let Some(node) = node {
             self.check_method(&layers, report);
-            check_kind(&layers, kind, &planner, (&node.key("planner"), node.origin), report);
+            check_kind(&layers, kind, &planner, (&node.key(Body::planner), node.origin), report);
             arm::check_keys(node, kind, report);
         }
-        let body = Body { layers: layers.into_iter().flatten().collect(), table: Node::absent(&DEFAULTS, "defaults") };
+        let body = Layered(layers.into_iter().flatten().collect());
         let towards = place.goals.first().map_or(Vector2::zeros(), |goal| goal - place.start);
-        let restart = match body.text("restart") {
-            "on-failure" => {
-                let delay_ticks = (body.float("restart_delay_s") * self.tick_hz).round() as u64;
-                Restart { limit: body.int("restart_limit") as u32, delay_ticks: delay_ticks.max(1) }
+        let restart = match body.get(Body::restart) {
+            RestartPolicy::OnFailure => {
+                let delay_ticks = (body.get(Body::restart_delay_s) * self.tick_hz).round() as u64;
+                Restart { limit: body.get(Body::restart_limit), delay_ticks: delay_ticks.max(1) }
             }
-            _ => Restart { limit: 0, delay_ticks: 0 },
+            RestartPolicy::Never => Restart { limit: 0, delay_ticks: 0 },
         };
         Robot {
             id: place.id,
             kind,
             limits: Limits {
-                speed_mps_max: body.float("speed_mps_max"),
-                reverse_mps_max: body.float("reverse_mps_max"),
-                turning_radius_m_min: body.float("turning_radius_m_min"),
-                turn_radps_max: body.float("turn_radps_max"),
-                accel_mps2_max: body.float("accel_mps2_max"),
-                turn_accel_radps2_max: body.float("turn_accel_radps2_max"),
+                speed_mps_max: body.get(Body::speed_mps_max),
+                reverse_mps_max: body.get(Mobile::reverse_mps_max),
+                turning_radius_m_min: body.get(Mobile::turning_radius_m_min),
+                turn_radps_max: body.get(Body::turn_radps_max),
+                accel_mps2_max: body.get(Mobile::accel_mps2_max),
+                turn_accel_radps2_max: body.get(Body::turn_accel_radps2_max),
             },
             arm: None,
-            radius_m: body.float("radius_m"),
+            radius_m: body.get(Mobile::radius_m),
             start: place.start,
-            start_yaw_rad: body.given("start_yaw_rad").unwrap_or_else(|| geometry::heading(towards)),
+            start_yaw_rad: body.get(Mobile::start_yaw_rad).unwrap_or_else(|| geometry::heading(towards)),
             goals: place.goals,
             goal_yaw_rad: place.goal_yaw_rad,
-            goal_yaw_tolerance_rad: body.float("goal_yaw_tolerance_rad"),
-            rounds: node.map_or(Some(1), rounds),
+            goal_yaw_tolerance_rad: body.get(Body::goal_yaw_tolerance_rad),
+            rounds: node.map_or(Rounds(Some(1)), |node| node.get(table::Robot::rounds)).0,
             goal_motion: place.goal_motion,
-            goal_tolerance_m: body.float("goal_tolerance_m"),
+            goal_tolerance_m: body.get(Body::goal_tolerance_m),
             planner,
             params,
-            sensor_range_m: body.float("sensor_range_m"),
-            radio_range_m: body.float("radio_range_m"),
-            radio_hysteresis_m: body.float("radio_hysteresis_m"),
-            sees_robots: body.layer("sees_robots").bool("sees_robots").unwrap_or(true),
-            knows_map: body.layer("knows_map").bool("knows_map").unwrap_or_default(),
+            sensor_range_m: body.get(Body::sensor_range_m),
+            radio_range_m: body.get(Body::radio_range_m),
+            radio_hysteresis_m: body.get(Body::radio_hysteresis_m),
+            sees_robots: body.get(Body::sees_robots),
+            knows_map: body.get(Body::knows_map),
             restart,
-            agent: body.layer("agent").text("agent").map(str::to_string),
+            agent: body.get(Body::agent),
         }
     }
 
@@ -134,12 +130,10 @@ impl<'a> Layers<'a> {
         let in_force = in_force(layers);
         let replaces =
             self.planner.filter(|name| planners::find(name).is_none_or(|method| method.kinds.contains(&kind)));
-        let chosen = replaces.unwrap_or(in_force.last().map_or("", |(_, method)| method));
+        let chosen = replaces.unwrap_or(in_force.last().map_or("", |(_, method)| method.as_str()));
         let mut params = self.fleet_params.of(chosen);
         for (layer, method) in &in_force {
-            if let (Some(Value::Params(block)), true) =
-                (layer.and_then(|layer| layer.value("params")), *method == chosen)
-            {
+            if let (Some(block), true) = (layer.and_then(|layer| layer.params(Body::params)), *method == chosen) {
                 params.extend(methods::values(block));
             }
         }
@@ -150,12 +144,12 @@ impl<'a> Layers<'a> {
     fn check_method(&self, layers: &[Option<&Node>], report: &mut Report) {
         let Some(node) = layers.first().copied().flatten() else { return };
         let Some((_, name)) = in_force(layers).pop() else { return };
-        if let Some(Value::Text(_)) = node.value("planner")
-            && methods::find(name, &node.key("planner"), node.at("planner"), report).is_none()
+        if let Given::Value(_) = node.given(Body::planner)
+            && methods::find(&name, &node.key(Body::planner), node.at(Body::planner), report).is_none()
         {
             return;
         }
-        if let (Some(Value::Params(block)), Some(method)) = (node.value("params"), planners::find(name)) {
+        if let (Some(block), Some(method)) = (node.params(Body::params), planners::find(&name)) {
             methods::check(method, block, report);
         }
     }
@@ -172,11 +166,11 @@ pub(crate) fn check_kind(
 ) {
     let mut layers = layers.iter().copied().flatten();
     let Some(method) = planners::find(planner).filter(|method| !method.kinds.contains(&kind)) else { return };
-    if layers.clone().any(|layer| layer.has("agent")) {
+    if layers.clone().any(|layer| layer.has(Body::agent)) {
         return;
     }
-    let (key, origin) = match layers.find(|layer| layer.has("planner")) {
-        Some(layer) => (layer.key("planner"), layer.at("planner")),
+    let (key, origin) = match layers.find(|layer| layer.has(Body::planner)) {
+        Some(layer) => (layer.key(Body::planner), layer.at(Body::planner)),
         None => (place.0.to_string(), place.1),
     };
     let message = format!("`{}` cannot drive a {}", method.name, kind.word());
@@ -184,25 +178,16 @@ pub(crate) fn check_kind(
 }
 
 /// The layers that are there, weakest first, each with the method in force in it. The first is the key table.
-fn in_force<'a>(layers: &[Option<&'a Node>]) -> Vec<(Option<&'a Node>, &'a str)> {
-    let mut method = crate::keys::preset_text(&DEFAULTS, "planner");
-    let mut result = vec![(None, method)];
+fn in_force<'a>(layers: &[Option<&'a Node>]) -> Vec<(Option<&'a Node>, String)> {
+    let PlannerName(mut method) = Body::planner.default();
+    let mut result = vec![(None, method.clone())];
     for layer in layers.iter().rev().copied().flatten() {
-        if let Some(Value::Text(name)) = layer.value("planner") {
+        if let Given::Value(PlannerName(name)) = layer.given(Body::planner) {
             method = name;
         }
-        result.push((Some(layer), method));
+        result.push((Some(layer), method.clone()));
     }
     result
-}
-
-/// How often a robot goes through its goals.
-fn rounds(node: &Node) -> Option<u32> {
-    match node.value("rounds") {
-        Some(Value::Word(_)) => None,
-        Some(Value::Int(count)) => Some(*count as u32),
-        _ => Some(1),
-    }
 }
 
 /// Reports a heading that a body cannot turn to.
@@ -218,7 +203,7 @@ pub(crate) fn check_rounds(robot: &Robot, node: &Node, report: &mut Report) {
     if robot.rounds == Some(1) {
         return;
     }
-    let (key, origin) = (node.key("rounds"), node.at("rounds"));
+    let (key, origin) = (node.key(table::Robot::rounds), node.at(table::Robot::rounds));
     if robot.goals.len() < 2 {
         report.add_hint(origin, &key, "there is only one goal to go round", "add waypoints_m");
     }

@@ -1,9 +1,9 @@
 //! The key table as JSON Schema, for editors.
 
-use crate::keys::{ANY, COORDINATE, Key, Preset, Range, Section, Type};
 use crate::table::{ROOT, all_sections};
-use model::ParamValue;
-use planners::{METHODS, Method, ParamKind};
+use model::kind::{Kind, Preset, Range, Section, Spec};
+use model::value;
+use planners::{METHODS, Method};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
@@ -42,7 +42,7 @@ fn section_schema(section: &Section) -> Value {
 }
 
 fn object_schema(about: &str, section: &Section, tag: Option<&'static str>) -> Value {
-    let keys: Vec<&Key> = section.keys().filter(|key| key.goes_with(tag)).collect();
+    let keys: Vec<&Spec> = section.keys().filter(|key| key.goes_with(tag)).collect();
     let properties: Map<String, Value> = (keys.iter())
         .map(|key| {
             let mut schema = key_schema(key);
@@ -53,7 +53,7 @@ fn object_schema(about: &str, section: &Section, tag: Option<&'static str>) -> V
             (key.name.to_string(), schema)
         })
         .collect();
-    let required: Vec<&str> = keys.iter().filter(|key| key.preset == Preset::Required).map(|key| key.name).collect();
+    let required: Vec<&str> = keys.iter().filter(|key| key.is_required()).map(|key| key.name).collect();
     json!({
         "description": about,
         "type": "object",
@@ -63,75 +63,93 @@ fn object_schema(about: &str, section: &Section, tag: Option<&'static str>) -> V
     })
 }
 
-fn key_schema(key: &Key) -> Value {
-    let mut schema = type_schema(key.ty);
-    let Value::Object(fields) = &mut schema else { return schema };
+/// The schema of one key, or of one parameter of a planner.
+fn key_schema(key: &Spec) -> Value {
+    let mut schema = kind_schema(key.kind());
     let mut about = key.help.to_string();
-    if !key.unit().is_empty() {
-        let _ = write!(about, " Unit: {}.", key.unit());
+    if !key.unit.is_empty() {
+        let _ = write!(about, " Unit: {}.", key.unit);
     }
     match key.preset {
-        Preset::Value(text) => match text.trim_matches('"').parse::<f64>() {
-            Ok(number) if !number.is_finite() => {
-                let _ = write!(about, " Default: {text}.");
-            }
-            _ => {
-                let default = serde_json::from_str(text).unwrap_or(Value::Null);
-                fields.insert("default".to_string(), default);
-            }
+        Preset::Value(value) => match json_of(&value()) {
+            // JSON has no infinity.
+            Value::Null => _ = write!(about, " Default: {}.", value()),
+            default => schema["default"] = default,
         },
-        Preset::Computed(words) => {
-            let _ = write!(about, " Default: {words}.");
-        }
+        Preset::Computed(words) => _ = write!(about, " Default: {words}."),
         Preset::Required | Preset::Absent => {}
     }
-    fields.insert("description".to_string(), json!(about));
+    schema["description"] = json!(about);
     schema
 }
 
-fn type_schema(ty: Type) -> Value {
-    let point = || json!({ "type": "array", "items": number(COORDINATE), "minItems": 2, "maxItems": 2 });
-    match ty {
-        Type::Text(max) => json!({ "type": "string", "maxLength": max }),
-        Type::Id(max) => json!({ "type": "string", "pattern": format!("^[a-z][a-z0-9_-]{{0,{}}}$", max - 1) }),
-        Type::Bool => json!({ "type": "boolean" }),
-        Type::Float(range) => number(range),
-        Type::Int { min, max } => {
-            json!({ "type": "integer", "minimum": min as i64, "maximum": u64::try_from(max).unwrap_or(u64::MAX) })
+fn json_of(value: &value::Value) -> Value {
+    match value {
+        value::Value::Bool(value) => json!(value),
+        value::Value::Int(number) => serde_json::from_str(&number.to_string()).unwrap_or(Value::Null),
+        // As they are written: 50, not 50.0.
+        value::Value::Float(number) => serde_json::from_str(&number.to_string()).unwrap_or(Value::Null),
+        value::Value::Text(text) => json!(text),
+        value::Value::List(list) => list.iter().map(json_of).collect(),
+    }
+}
+
+fn kind_schema(kind: Kind) -> Value {
+    let point = || list(number(Range::COORDINATE), 2, 2);
+    match kind {
+        Kind::Text(max) => json!({ "type": "string", "maxLength": max }),
+        Kind::Id(max) => json!({ "type": "string", "pattern": format!("^[a-z][a-z0-9_-]{{0,{}}}$", max - 1) }),
+        Kind::Bool => json!({ "type": "boolean" }),
+        Kind::Float(range) => number(range),
+        Kind::Int { min, max } => {
+            let mut schema = json!({ "type": "integer" });
+            if min > i64::MIN.into() {
+                schema["minimum"] = json!(min as i64);
+            }
+            if max != i64::MAX.into() {
+                schema["maximum"] = json!(u64::try_from(max).unwrap_or(u64::MAX));
+            }
+            schema
         }
-        Type::Choice(words) => json!({ "enum": words }),
-        Type::Pair | Type::Interval => point(),
-        Type::Pose => json!({ "type": "array", "items": number(COORDINATE), "minItems": 2, "maxItems": 3 }),
-        Type::Joints(range) => json!({ "type": "array", "items": number(range), "minItems": 2, "maxItems": 2 }),
-        Type::Pairs { min, max } => json!({ "type": "array", "items": point(), "minItems": min, "maxItems": max }),
-        Type::Numbers(max) => {
+        Kind::Choice(words) => json!({ "enum": words }),
+        Kind::Pair | Kind::Interval => point(),
+        Kind::Pose => list(number(Range::COORDINATE), 2, 3),
+        Kind::Joints(range) => list(number(range), 2, 2),
+        Kind::Pairs { min, max } => list(point(), min, max),
+        Kind::Numbers(max) => {
             let number = json!({ "type": "integer", "minimum": 0, "maximum": max });
             json!({ "type": "array", "items": number, "minItems": 1, "uniqueItems": true })
         }
-        Type::Floats(max) => json!({ "type": "array", "items": number(ANY), "maxItems": max }),
-        Type::AllOrCount => json!({ "anyOf": [{ "const": "all" }, { "type": "integer", "minimum": 0 }] }),
-        Type::ForeverOrCount => json!({ "anyOf": [{ "const": "forever" }, { "type": "integer", "minimum": 1 }] }),
-        Type::Planner => json!({ "enum": METHODS.iter().map(|method| method.name).collect::<Vec<_>>() }),
-        Type::Params => {
+        Kind::Floats(max) => json!({ "type": "array", "items": number(Range::ANY), "maxItems": max }),
+        Kind::AllOrCount => json!({ "anyOf": [{ "const": "all" }, { "type": "integer", "minimum": 0 }] }),
+        Kind::ForeverOrCount => json!({ "anyOf": [{ "const": "forever" }, { "type": "integer", "minimum": 1 }] }),
+        Kind::Planner => json!({ "enum": METHODS.iter().map(|method| method.name).collect::<Vec<_>>() }),
+        Kind::Params => {
             let methods: Vec<Value> =
                 METHODS.iter().map(|method| reference(&format!("params.{}", method.name))).collect();
             json!({ "anyOf": methods })
         }
-        Type::Methods => {
+        Kind::ParamsByPlanner => {
             let methods: Map<String, Value> = (METHODS.iter())
                 .map(|method| (method.name.to_string(), reference(&format!("params.{}", method.name))))
                 .collect();
             json!({ "type": "object", "properties": methods, "additionalProperties": false })
         }
-        Type::Table(section) => reference(name(section)),
-        Type::Tables(section, max) => json!({ "type": "array", "items": reference(name(section)), "maxItems": max }),
+        Kind::Table(section) => reference(name(section)),
+        Kind::Tables(section, max) => json!({ "type": "array", "items": reference(name(section)), "maxItems": max }),
     }
 }
 
-fn number(Range { min, min_included, max, infinite }: Range) -> Value {
+fn list(items: Value, min: usize, max: usize) -> Value {
+    json!({ "type": "array", "items": items, "minItems": min, "maxItems": max })
+}
+
+fn number(Range { min, min_included, max, infinite, .. }: Range) -> Value {
     let mut schema = json!({ "type": "number" });
-    schema[if min_included { "minimum" } else { "exclusiveMinimum" }] = json!(min);
-    if !infinite {
+    if min > f64::MIN {
+        schema[if min_included { "minimum" } else { "exclusiveMinimum" }] = json!(min);
+    }
+    if max < f64::MAX && !infinite {
         schema["maximum"] = json!(max);
     }
     schema
@@ -142,46 +160,14 @@ fn reference(definition: &str) -> Value {
 }
 
 fn params_schema(method: &Method) -> Value {
-    let properties: Map<String, Value> = ((method.params)().into_iter())
-        .map(|spec| {
-            let mut schema = match spec.kind {
-                ParamKind::Float { min, max } => {
-                    bounded("number", json!(min), json!(max), min > f64::MIN, max < f64::MAX)
-                }
-                ParamKind::Int { min, max } => {
-                    bounded("integer", json!(min), json!(max), min > i64::MIN, max < i64::MAX)
-                }
-                ParamKind::Bool => json!({ "type": "boolean" }),
-                ParamKind::Choice(words) => json!({ "enum": words }),
-            };
-            schema["default"] = match spec.default {
-                ParamValue::Float(number) => json!(number),
-                ParamValue::Int(number) => json!(number),
-                ParamValue::Bool(value) => json!(value),
-                ParamValue::Choice(word) => json!(word),
-            };
-            let unit = if spec.unit.is_empty() { String::new() } else { format!(" Unit: {}.", spec.unit) };
-            schema["description"] = json!(format!("{}{unit}", spec.help));
-            (spec.name.to_string(), schema)
-        })
-        .collect();
+    let properties: Map<String, Value> =
+        (method.params)().iter().map(|key| (key.name.to_string(), key_schema(key))).collect();
     json!({
         "description": method.summary,
         "type": "object",
         "properties": properties,
         "additionalProperties": false,
     })
-}
-
-fn bounded(ty: &str, min: Value, max: Value, has_min: bool, has_max: bool) -> Value {
-    let mut schema = json!({ "type": ty });
-    if has_min {
-        schema["minimum"] = min;
-    }
-    if has_max {
-        schema["maximum"] = max;
-    }
-    schema
 }
 
 #[cfg(test)]
@@ -195,11 +181,50 @@ mod tests {
     fn every_preset_is_a_value_of_its_key() {
         for section in all_sections() {
             for key in section.keys() {
-                let Preset::Value(text) = key.preset else { continue };
+                let Some(value) = key.default() else { continue };
                 let mut report = Report::new(section.title.to_string(), Vec::new());
-                let document = document::read(&format!("{} = {text}", key.name), &mut report).unwrap();
+                let document = document::read(&format!("{} = {value}", key.name), &mut report).unwrap();
                 walk::check_value(key, document, &mut report);
                 assert_eq!(report.finish(), Ok(Vec::new()), "{} {}", section.title, key.name);
+            }
+        }
+    }
+
+    #[test]
+    fn every_unit_is_the_one_in_the_name() {
+        const UNITS: [(&str, &str); 9] = [
+            ("_radps2", "rad/s²"),
+            ("_radps", "rad/s"),
+            ("_rad", "rad"),
+            ("_mps2", "m/s²"),
+            ("_mps", "m/s"),
+            ("_m", "m"),
+            ("_s", "s"),
+            ("_hz", "Hz"),
+            ("_ticks", "ticks"),
+        ];
+        for section in all_sections() {
+            for key in section.keys() {
+                let name = key.name.trim_end_matches("_max").trim_end_matches("_min");
+                let unit = UNITS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("", |(_, unit)| unit);
+                assert_eq!(key.unit, unit, "{} {}", section.title, key.name);
+            }
+        }
+    }
+
+    /// Results of papers are read as a list; all other keys are asked for by name.
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "a test of sources")]
+    fn every_key_has_a_reader() {
+        let src = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let files = std::fs::read_dir(src).unwrap().map(|file| file.unwrap().path()).filter(|file| file.is_file());
+        let readers: String = files.map(|file| std::fs::read_to_string(file).unwrap()).collect();
+        for section in all_sections() {
+            for key in section.keys() {
+                let asked = readers.contains(&format!("::{}", key.name.replace('-', "_")));
+                let is_result =
+                    crate::Results::KEYS.iter().any(|result| (result.name, result.help) == (key.name, key.help));
+                assert!(asked || is_result, "nothing reads {} {}", section.title, key.name);
             }
         }
     }

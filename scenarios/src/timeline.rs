@@ -4,13 +4,14 @@ use crate::ground::Ground;
 use crate::node::Node;
 use crate::problems::{Report, known};
 use crate::robots;
+use crate::table::{self, Event as Keys, EventKind, Root};
 use model::{Clock, Radio, Robot, TimelineAction, TimelineEvent};
 use std::collections::{HashMap, HashSet};
 
 /// Ids of robots that enter later.
-pub(crate) fn late(root: &Node) -> HashSet<&str> {
-    let joins = root.nodes("event").iter().filter(|node| node.tag == Some("join"));
-    joins.filter_map(|node| node.text("robot")).collect()
+pub(crate) fn late(root: &Node) -> HashSet<String> {
+    let joins = root.nodes(Root::event).iter().filter(|node| node.get(Keys::kind) == Some(EventKind::Join));
+    joins.filter_map(|node| node.get(Keys::robot)).collect()
 }
 
 /// What events are checked against.
@@ -31,7 +32,7 @@ impl Stage<'_> {
     pub(crate) fn events(&self, root: &Node, report: &mut Report) -> Vec<TimelineEvent> {
         let slots: HashMap<&str, usize> =
             self.robots.iter().enumerate().rev().map(|(slot, robot)| (robot.id.as_str(), slot)).collect();
-        let nodes = root.nodes("event");
+        let nodes = root.nodes(Root::event);
         let mut events: Vec<(&Node, TimelineEvent)> =
             nodes.iter().filter_map(|node| Some((node, self.event(node, &slots, report)?))).collect();
         events.sort_by_key(|(_, event)| event.tick);
@@ -40,7 +41,7 @@ impl Stage<'_> {
     }
 
     fn event(&self, node: &Node, slots: &HashMap<&str, usize>, report: &mut Report) -> Option<TimelineEvent> {
-        let at_s = node.float("at_s");
+        let at_s = node.get(Keys::at_s);
         if let Some(at_s) = at_s
             && self.tick(at_s) >= self.clock.ticks_max
             && !self.cut_short
@@ -48,52 +49,59 @@ impl Stage<'_> {
             let end_s = self.clock.ticks_max as f64 / self.clock.tick_hz;
             let message = format!("{at_s} s is not before the end of the run, {end_s} s");
             report.add_hint(
-                node.at("at_s"),
-                &node.key("at_s"),
+                node.at(Keys::at_s),
+                &node.key(Keys::at_s),
                 message,
                 "let it happen earlier, or raise clock.duration_s",
             );
         }
-        let robot = match node.text("robot") {
+        let kind = node.get(Keys::kind);
+        let id = if kind == Some(EventKind::Radio) { node.get(Keys::receiver) } else { node.get(Keys::robot) };
+        let robot = match id {
             None => None,
-            Some(id) => match slots.get(id) {
+            Some(id) => match slots.get(id.as_str()) {
                 Some(slot) => Some(*slot),
                 None => {
                     if self.all_known {
-                        self.unknown_robot(node, id, report);
+                        self.unknown_robot(node, &id, report);
                     }
                     return None;
                 }
             },
         };
-        if let (Some(robot), Some(goal)) =
-            (robot, node.tag.filter(|tag| *tag == "task").and_then(|_| node.point("goal_m")))
-        {
+        let goal = if kind == Some(EventKind::Task) { node.get(Keys::goal_m) } else { None };
+        if let (Some(robot), Some(goal)) = (robot, goal) {
             let robot = &self.robots[robot];
             let what = format!("the task of `{}`", robot.id);
-            self.ground.goal(robot, goal, &what, &node.key("goal_m"), node.at("goal_m"), report);
-            robots::check_goal_yaw(robot, node.yaw("goal_m"), &node.key("goal_m"), node.at("goal_m"), report);
+            self.ground.goal(robot, goal.at, &what, &node.key(Keys::goal_m), node.at(Keys::goal_m), report);
+            robots::check_goal_yaw(robot, goal.yaw_rad, &node.key(Keys::goal_m), node.at(Keys::goal_m), report);
         }
-        let what = match node.tag? {
-            "join" => TimelineAction::Join { robot: robot? },
-            "leave" => TimelineAction::Leave { robot: robot? },
-            "task" => TimelineAction::Task {
-                robot: robot?,
-                goal: node.point("goal_m")?,
-                yaw_rad: node.yaw("goal_m"),
-                now: node.bool("now")?,
-            },
-            "kill" => TimelineAction::Kill { robot: robot? },
-            "pause" => {
-                let ticks = self.tick(node.float("for_s")?);
+        let what = match kind? {
+            EventKind::Join => TimelineAction::Join { robot: robot? },
+            EventKind::Leave => TimelineAction::Leave { robot: robot? },
+            EventKind::Task => {
+                TimelineAction::Task { robot: robot?, goal: goal?.at, yaw_rad: goal?.yaw_rad, now: node.get(Keys::now) }
+            }
+            EventKind::Kill => TimelineAction::Kill { robot: robot? },
+            EventKind::Pause => {
+                let for_s = node.get(Keys::for_s)?;
+                let ticks = self.tick(for_s);
                 if ticks == 0 {
-                    let message = format!("a pause of {} s is shorter than half a tick", node.float("for_s")?);
+                    let message = format!("a pause of {for_s} s is shorter than half a tick");
                     let hint = format!("a tick lasts {} s", self.clock.dt_s());
-                    report.add_hint(node.at("for_s"), &node.key("for_s"), message, hint);
+                    report.add_hint(node.at(Keys::for_s), &node.key(Keys::for_s), message, hint);
                 }
                 TimelineAction::Pause { robot: robot?, ticks }
             }
-            _ => TimelineAction::Radio { robot, radio: radio(node, self.radio) },
+            EventKind::Radio => {
+                let Radio { delay_ticks, drop, noise_m } = self.radio;
+                let radio = Radio {
+                    delay_ticks: node.get(Keys::delay_ticks).unwrap_or(delay_ticks),
+                    drop: node.get(Keys::drop).unwrap_or(drop),
+                    noise_m: node.get(Keys::noise_m).unwrap_or(noise_m),
+                };
+                TimelineAction::Radio { robot, radio }
+            }
         };
         Some(TimelineEvent { tick: self.tick(at_s?), what })
     }
@@ -113,7 +121,12 @@ impl Stage<'_> {
                 format!("there are {many} robots, {} to {}{near}", ids[0], ids[many - 1])
             }
         };
-        report.add_hint(node.at("robot"), &node.key("robot"), format!("unknown robot `{}`", id.escape_debug()), hint);
+        report.add_hint(
+            node.at(Keys::robot),
+            &node.key(Keys::robot),
+            format!("unknown robot `{}`", id.escape_debug()),
+            hint,
+        );
     }
 
     /// Follows every robot through its events: it has to be there for what happens to it.
@@ -150,7 +163,7 @@ impl Stage<'_> {
                 _ => None,
             };
             if let Some(message) = problem {
-                report.add(node.at("at_s"), &node.path, message);
+                report.add(node.at(Keys::at_s), &node.path, message);
                 continue;
             }
             match event.what {
@@ -163,11 +176,11 @@ impl Stage<'_> {
     }
 }
 
-/// The radio that a node describes; what it does not say is as in `base`.
-pub(crate) fn radio(node: &Node, base: Radio) -> Radio {
+/// The radio from the start.
+pub(crate) fn radio(node: &Node) -> Radio {
     Radio {
-        delay_ticks: node.int("delay_ticks").map_or(base.delay_ticks, |ticks| ticks as u32),
-        drop: node.float("drop").unwrap_or(base.drop),
-        noise_m: node.float("noise_m").unwrap_or(base.noise_m),
+        delay_ticks: node.get(table::Radio::delay_ticks),
+        drop: node.get(table::Radio::drop),
+        noise_m: node.get(table::Radio::noise_m),
     }
 }

@@ -1,11 +1,15 @@
 //! Checks a document against the key table: unknown keys, types, bounds, missing keys. What comes out has only
 //! known keys with values of the right type; what depends on more than one value is checked later.
 
-use crate::document::{Field, Raw, RawTable, RawValue, show};
-use crate::keys::{ANY, COORDINATE, Key, LARGE, Preset, Range, Section, Type};
-use crate::node::{Block, Node, Value, join};
+use crate::document::{self, Raw, RawTable, RawValue, show};
+use crate::node::{Block, Entry, Node, join};
 use crate::problems::{Origin, Report, known, nearest};
 use crate::table::ROOT;
+use crate::types::Pose;
+use model::field::Field;
+use model::kind::{Kind, Range, Section, Spec};
+use model::value::Value;
+use nalgebra::Point2;
 
 /// No table of the format has nearly as many keys, and none of a method's parameters.
 const KEYS_MAX: usize = 200;
@@ -33,7 +37,7 @@ fn node(section: &'static Section, path: String, origin: Origin, table: RawTable
     if !matches!(tag, Tag::Wrong) {
         let given = |key: &str| entries.iter().any(|(name, ..)| *name == key);
         for key in section.keys().filter(|key| key.goes_with(tag.word())) {
-            if key.preset == Preset::Required && section.tag != Some(key.name) && !given(key.name) {
+            if key.is_required() && section.tag != Some(key.name) && !given(key.name) {
                 let what = if path.is_empty() { section.title } else { &path };
                 let message = format!("needs `{}`", key.name);
                 report.add_hint(origin, what, message, format!("{}: {}", key.name, describe_key(key)));
@@ -44,7 +48,7 @@ fn node(section: &'static Section, path: String, origin: Origin, table: RawTable
 }
 
 /// The fields of a table. Of one with more keys than anything has, the rest is not looked at.
-fn bounded(table: RawTable, path: &str, origin: Origin, report: &mut Report) -> Vec<Field> {
+fn bounded(table: RawTable, path: &str, origin: Origin, report: &mut Report) -> Vec<document::Field> {
     let mut fields = table.0;
     if fields.len() > KEYS_MAX {
         report.add(origin, path, format!("has {} keys; only the first {KEYS_MAX} were checked", fields.len()));
@@ -86,7 +90,7 @@ fn tag(section: &'static Section, path: &str, origin: Origin, table: &RawTable, 
     }
 }
 
-fn misplaced(section: &Section, key: &Key, tag: &str, path: &str, origin: Origin, report: &mut Report) {
+fn misplaced(section: &Section, key: &Spec, tag: &str, path: &str, origin: Origin, report: &mut Report) {
     let fitting: Vec<&str> = section.keys().filter(|key| key.goes_with(Some(tag))).map(|key| key.name).collect();
     let message = format!("does not go with {} = \"{tag}\"", section.tag.unwrap_or(""));
     let hint = format!("it belongs to {}; keys of {tag}: {}", key.only.join(", "), fitting.join(", "));
@@ -122,7 +126,7 @@ fn expressed(name: &str) -> Option<&'static str> {
     }
 }
 
-fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Value {
+fn value(key: &'static Spec, path: String, raw: Raw, report: &mut Report) -> Entry {
     let origin = raw.origin;
     let wrong = |expected: &str, found: &RawValue, report: &mut Report| {
         let message = format!("expected {expected}, found {}", found.describe());
@@ -132,92 +136,87 @@ fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Valu
             }
             _ => report.add(origin, &path, message),
         }
-        Value::Wrong
+        Entry::Wrong
     };
-    match (key.ty, raw.value) {
-        (Type::Text(max), RawValue::Text(text)) => {
+    match (key.kind(), raw.value) {
+        (Kind::Text(max), RawValue::Text(text)) => {
             if text.len() <= max && !text.chars().any(char::is_control) {
-                return Value::Text(text);
+                return entry(Some(text));
             }
             report.add(origin, &path, format!("must be one line of at most {max} bytes"));
-            Value::Wrong
+            Entry::Wrong
         }
-        (Type::Id(max), RawValue::Text(text)) => match check_id(&text, max) {
-            Ok(()) => Value::Text(text),
+        (Kind::Id(max), RawValue::Text(text)) => match check_id(&text, max) {
+            Ok(()) => entry(Some(text)),
             Err(message) => {
                 report.add(origin, &path, message);
-                Value::Wrong
+                Entry::Wrong
             }
         },
-        (Type::Planner, RawValue::Text(text)) => Value::Text(text),
-        (Type::Bool, RawValue::Bool(value)) => Value::Bool(value),
-        (Type::Float(range), RawValue::Float(number)) => float(range, number, &path, origin, report),
-        (Type::Float(range), RawValue::Int(number)) => float(range, number as f64, &path, origin, report),
-        (Type::Int { min, max }, RawValue::Int(number)) => {
+        (Kind::Planner, RawValue::Text(text)) => entry(Some(text)),
+        (Kind::Bool, RawValue::Bool(value)) => entry(Some(value)),
+        (Kind::Float(range), RawValue::Float(number)) => entry(float(range, number, &path, origin, report)),
+        (Kind::Float(range), RawValue::Int(number)) => entry(float(range, number as f64, &path, origin, report)),
+        (Kind::Int { min, max }, RawValue::Int(number)) => {
             if (min..=max).contains(&number) {
-                return Value::Int(number);
+                return Entry::Value(Value::Int(number));
             }
             report.add(origin, &path, format!("must be {min} to {max}, is {number}"));
-            Value::Wrong
+            Entry::Wrong
         }
-        (Type::AllOrCount, RawValue::Int(number)) if number >= 0 => Value::Int(number),
-        (Type::AllOrCount, RawValue::Text(text)) if text == "all" => Value::Word("all"),
-        (Type::ForeverOrCount, RawValue::Int(number)) if (1..=u32::MAX.into()).contains(&number) => Value::Int(number),
-        (Type::ForeverOrCount, RawValue::Text(text)) if text == "forever" => Value::Word("forever"),
-        (Type::Choice(words), RawValue::Text(text)) => match words.iter().find(|word| **word == text) {
-            Some(word) => Value::Word(word),
-            None => {
-                let message = format!("unknown value `{}`", text.escape_debug());
-                report.add_hint(origin, &path, message, known("values", &text, words));
-                Value::Wrong
+        (Kind::AllOrCount, RawValue::Int(number)) if number >= 0 => Entry::Value(Value::Int(number)),
+        (Kind::AllOrCount, RawValue::Text(text)) if text == "all" => entry(Some(text)),
+        (Kind::ForeverOrCount, RawValue::Int(number)) if (1..=u32::MAX.into()).contains(&number) => {
+            Entry::Value(Value::Int(number))
+        }
+        (Kind::ForeverOrCount, RawValue::Text(text)) if text == "forever" => entry(Some(text)),
+        (Kind::Choice(words), RawValue::Text(text)) => {
+            if words.contains(&text.as_str()) {
+                return entry(Some(text));
             }
-        },
-        (Type::Pair, RawValue::List(list)) => {
-            pair(list, COORDINATE, &path, origin, report).map_or(Value::Wrong, Value::Pair)
+            let message = format!("unknown value `{}`", text.escape_debug());
+            report.add_hint(origin, &path, message, known("values", &text, words));
+            Entry::Wrong
         }
-        (Type::Pose, RawValue::List(list)) => pose(list, &path, origin, report),
-        (Type::Joints(range), RawValue::List(list)) => {
-            pair(list, range, &path, origin, report).map_or(Value::Wrong, Value::Pair)
-        }
-        (Type::Interval, RawValue::List(list)) => match pair(list, COORDINATE, &path, origin, report) {
-            Some([low, high]) if low < high => Value::Pair([low, high]),
-            Some([low, high]) => {
+        (Kind::Pair, RawValue::List(list)) => entry(pair(list, Range::COORDINATE, &path, origin, report)),
+        (Kind::Pose, RawValue::List(list)) => entry(pose(list, &path, origin, report)),
+        (Kind::Joints(range), RawValue::List(list)) => entry(pair(list, range, &path, origin, report)),
+        (Kind::Interval, RawValue::List(list)) => match pair(list, Range::COORDINATE, &path, origin, report) {
+            Some([low, high]) if low >= high => {
                 report.add(origin, &path, format!("the first must be below the second, is [{low}, {high}]"));
-                Value::Wrong
+                Entry::Wrong
             }
-            None => Value::Wrong,
+            interval => entry(interval),
         },
-        (Type::Pairs { min, max }, RawValue::List(list)) => {
+        (Kind::Pairs { min, max }, RawValue::List(list)) => {
             if list.len() < min || list.len() > max {
                 report.add(origin, &path, format!("must have {min} to {max} points, has {}", list.len()));
-                return Value::Wrong;
+                return Entry::Wrong;
             }
-            pairs(list, &path, report).map_or(Value::Wrong, Value::Pairs)
+            entry(pairs(list, &path, report))
         }
-        (Type::Numbers(max), RawValue::List(list)) => {
-            numbers(list, max, &path, origin, report).map_or(Value::Wrong, Value::Numbers)
-        }
-        (Type::Floats(max), RawValue::List(list)) => {
+        (Kind::Numbers(max), RawValue::List(list)) => entry(numbers(list, max, &path, origin, report)),
+        (Kind::Floats(max), RawValue::List(list)) => {
             if list.len() > max {
                 report.add(origin, &path, format!("must have at most {max} numbers, has {}", list.len()));
-                return Value::Wrong;
+                return Entry::Wrong;
             }
-            let number = |(index, raw): (usize, Raw)| entry(raw, ANY, &format!("{path}[{index}]"), report);
+            let number = |(index, raw): (usize, Raw)| item(raw, Range::ANY, &format!("{path}[{index}]"), report);
             let numbers: Vec<Option<f64>> = list.into_iter().enumerate().map(number).collect();
-            numbers.into_iter().collect::<Option<Vec<f64>>>().map_or(Value::Wrong, Value::Floats)
+            entry(numbers.into_iter().collect::<Option<Vec<f64>>>())
         }
-        (Type::Params, RawValue::Table(table)) => {
+        (Kind::Params, RawValue::Table(table)) => {
             let fields = bounded(table, &path, origin, report);
-            Value::Params(Block { path, fields })
+            Entry::Params(Block { path, fields })
         }
-        (Type::Methods, RawValue::Table(table)) => {
-            let mut methods = Vec::new();
+        (Kind::ParamsByPlanner, RawValue::Table(table)) => {
+            let mut planners = Vec::new();
             for field in bounded(table, &path, origin, report) {
                 let path = join(&path, &field.name);
                 match field.value.value {
                     RawValue::Table(table) => {
                         let fields = bounded(table, &path, field.origin, report);
-                        methods.push((field.name, field.origin, Block { path, fields }));
+                        planners.push((field.name, field.origin, Block { path, fields }));
                     }
                     other => {
                         let message = format!("expected a table of parameters, found {}", other.describe());
@@ -225,24 +224,29 @@ fn value(key: &'static Key, path: String, raw: Raw, report: &mut Report) -> Valu
                     }
                 }
             }
-            Value::Methods(methods)
+            Entry::ParamsByPlanner(planners)
         }
-        (Type::Table(section), RawValue::Table(table)) => Value::Node(node(section, path, origin, table, report)),
-        (Type::Tables(section, max), RawValue::List(list)) => {
-            Value::Nodes(nodes(section, max, &path, origin, list, report))
+        (Kind::Table(section), RawValue::Table(table)) => Entry::Node(node(section, path, origin, table, report)),
+        (Kind::Tables(section, max), RawValue::List(list)) => {
+            Entry::Nodes(nodes(section, max, &path, origin, list, report))
         }
-        (Type::Tables(section, _), found @ RawValue::Table(_)) => {
+        (Kind::Tables(section, _), found @ RawValue::Table(_)) => {
             let message = format!("expected a list of tables, found {}", found.describe());
             report.add_hint(origin, &path, message, format!("write {} with double brackets", section.title));
-            Value::Wrong
+            Entry::Wrong
         }
-        (ty, found) => wrong(&describe_type(ty), &found, report),
+        (kind, found) => wrong(&kind.name(), &found, report),
     }
+}
+
+/// The value of a key; none is wrong, and has been reported.
+fn entry(value: Option<impl Field>) -> Entry {
+    value.map_or(Entry::Wrong, |value| Entry::Value(value.to_value()))
 }
 
 /// Checks the only value of a document against a key.
 #[cfg(test)]
-pub(crate) fn check_value(key: &'static Key, document: RawTable, report: &mut Report) {
+pub(crate) fn check_value(key: &'static Spec, document: RawTable, report: &mut Report) {
     for field in document.0 {
         value(key, field.name, field.value, report);
     }
@@ -270,33 +274,33 @@ fn nodes(
     nodes
 }
 
-fn float(range: Range, number: f64, path: &str, origin: Origin, report: &mut Report) -> Value {
+fn float(range: Range, number: f64, path: &str, origin: Origin, report: &mut Report) -> Option<f64> {
     let fits = if range.min_included { number >= range.min } else { number > range.min };
     if fits && (number <= range.max || range.infinite && number == f64::INFINITY) {
-        return Value::Float(number);
+        return Some(number);
     }
     let message = match number {
-        _ if number.is_nan() => format!("must be a number {}, is nan", describe_range(range)),
+        _ if number.is_nan() => format!("must be a number {range}, is nan"),
         _ if fits => format!("must be at most {}, is {}", range.max, show(number)),
-        _ => format!("must be {}, is {}", describe_range(range), show(number)),
+        _ => format!("must be {range}, is {}", show(number)),
     };
     report.add(origin, path, message);
-    Value::Wrong
+    None
 }
 
-fn pairs(list: Vec<Raw>, path: &str, report: &mut Report) -> Option<Vec<[f64; 2]>> {
+fn pairs(list: Vec<Raw>, path: &str, report: &mut Report) -> Option<Vec<Point2<f64>>> {
     let mut points = Some(Vec::new());
     for (index, item) in list.into_iter().enumerate() {
         let path = format!("{path}[{index}]");
         let point = match item.value {
-            RawValue::List(list) => pair(list, COORDINATE, &path, item.origin, report),
+            RawValue::List(list) => pair(list, Range::COORDINATE, &path, item.origin, report),
             other => {
                 report.add(item.origin, &path, format!("expected [x, y], found {}", other.describe()));
                 None
             }
         };
         points = points.zip(point).map(|(mut points, point)| {
-            points.push(point);
+            points.push(point.into());
             points
         });
     }
@@ -329,26 +333,26 @@ fn numbers(list: Vec<Raw>, max: u16, path: &str, origin: Origin, report: &mut Re
 }
 
 /// `[x, y]`, or `[x, y, yaw]`.
-fn pose(mut list: Vec<Raw>, path: &str, origin: Origin, report: &mut Report) -> Value {
+fn pose(mut list: Vec<Raw>, path: &str, origin: Origin, report: &mut Report) -> Option<Pose> {
     if !(2..=3).contains(&list.len()) {
         let message = format!("expected [x, y] or [x, y, yaw], found a list of {}", list.len());
         report.add(origin, path, message);
-        return Value::Wrong;
+        return None;
     }
     let yaw = list.drain(2..).next();
     let yaw_rad = yaw.map(|raw| match raw.value {
-        RawValue::Float(number) => float(ANY, number, &format!("{path}[2]"), raw.origin, report),
-        RawValue::Int(number) => float(ANY, number as f64, &format!("{path}[2]"), raw.origin, report),
+        RawValue::Float(number) => float(Range::ANY, number, &format!("{path}[2]"), raw.origin, report),
+        RawValue::Int(number) => float(Range::ANY, number as f64, &format!("{path}[2]"), raw.origin, report),
         other => {
             let message = format!("expected a heading in rad, found {}", other.describe());
             report.add(raw.origin, &format!("{path}[2]"), message);
-            Value::Wrong
+            None
         }
     });
-    match (pair(list, COORDINATE, path, origin, report), yaw_rad) {
-        (Some(at), None) => Value::Pose(at, None),
-        (Some(at), Some(Value::Float(yaw_rad))) => Value::Pose(at, Some(yaw_rad)),
-        _ => Value::Wrong,
+    match (pair(list, Range::COORDINATE, path, origin, report), yaw_rad) {
+        (Some(at), None) => Some(Pose { at: at.into(), yaw_rad: None }),
+        (Some(at), Some(Some(yaw_rad))) => Some(Pose { at: at.into(), yaw_rad: Some(yaw_rad) }),
+        _ => None,
     }
 }
 
@@ -360,12 +364,12 @@ fn pair(list: Vec<Raw>, range: Range, path: &str, origin: Origin, report: &mut R
             return None;
         }
     };
-    let (x, y) = (entry(x, range, &format!("{path}[0]"), report), entry(y, range, &format!("{path}[1]"), report));
+    let (x, y) = (item(x, range, &format!("{path}[0]"), report), item(y, range, &format!("{path}[1]"), report));
     Some([x?, y?])
 }
 
 /// One number of a list.
-fn entry(raw: Raw, range: Range, path: &str, report: &mut Report) -> Option<f64> {
+fn item(raw: Raw, range: Range, path: &str, report: &mut Report) -> Option<f64> {
     let number = match raw.value {
         RawValue::Float(number) => number,
         RawValue::Int(number) => number as f64,
@@ -374,10 +378,7 @@ fn entry(raw: Raw, range: Range, path: &str, report: &mut Report) -> Option<f64>
             return None;
         }
     };
-    match float(range, number, path, raw.origin, report) {
-        Value::Float(number) => Some(number),
-        _ => None,
-    }
+    float(range, number, path, raw.origin, report)
 }
 
 /// Reports and tables name these beside the robots.
@@ -401,44 +402,6 @@ pub(crate) fn check_id(id: &str, max: usize) -> Result<(), String> {
     ))
 }
 
-/// A range in words, as in "above 0". The bound that only keeps out mistakes is not mentioned.
-pub(crate) fn describe_range(range: Range) -> String {
-    let Range { min, max, .. } = range;
-    let end = if range.infinite { " (or inf)" } else { "" };
-    match (range.min_included, max < LARGE) {
-        (true, true) => format!("{min} to {max}"),
-        (true, false) if min > -LARGE => format!("{min} or more{end}"),
-        (true, false) => format!("within ±{max}"),
-        (false, true) => format!("above {min} and at most {max}"),
-        (false, false) => format!("above {min}{end}"),
-    }
-}
-
-/// A type in words, as in "a number".
-pub(crate) fn describe_type(ty: Type) -> String {
-    match ty {
-        Type::Text(_) | Type::Id(_) => "a string".to_string(),
-        Type::Planner => "the name of a method".to_string(),
-        Type::Bool => "true or false".to_string(),
-        Type::Float(_) => "a number".to_string(),
-        Type::Int { .. } => "a whole number".to_string(),
-        Type::Choice(words) => format!("one of {}", words.join(", ")),
-        Type::Pair => "[x, y]".to_string(),
-        Type::Pose => "[x, y] or [x, y, yaw]".to_string(),
-        Type::Joints(_) => "[first, second]".to_string(),
-        Type::Pairs { .. } => "a list of points [[x, y], ...]".to_string(),
-        Type::Numbers(_) => "a list of whole numbers".to_string(),
-        Type::Floats(_) => "a list of numbers".to_string(),
-        Type::Interval => "[low, high]".to_string(),
-        Type::AllOrCount => "\"all\" or a whole number".to_string(),
-        Type::ForeverOrCount => "\"forever\" or a whole number above 0".to_string(),
-        Type::Params => "a table of parameters".to_string(),
-        Type::Methods => "a table of tables of parameters".to_string(),
-        Type::Table(_) => "a table".to_string(),
-        Type::Tables(..) => "a list of tables".to_string(),
-    }
-}
-
-pub(crate) fn describe_key(key: &Key) -> String {
-    format!("{}. {}", describe_type(key.ty), key.help)
+pub(crate) fn describe_key(key: &Spec) -> String {
+    format!("{}. {}", key.kind().name(), key.help)
 }

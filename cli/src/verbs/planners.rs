@@ -3,8 +3,9 @@
 use crate::args::{Format, PlannersArgs};
 use crate::exit::Failure;
 use crate::out;
-use model::ParamValue;
-use planners::{METHODS, Method, ParamKind, ParamSpec};
+use model::kind::{Kind, Range, Spec};
+use model::value;
+use planners::{METHODS, Method};
 use report::{Column, Page, table};
 use serde_json::{Value, json};
 
@@ -75,7 +76,7 @@ fn explain(page: &mut Page, method: &Method) {
         Column::left("range", 2, 40),
     ];
     let rows: Vec<Vec<String>> = (specs.iter())
-        .map(|spec| vec![spec.name.into(), spec.unit.into(), default_text(&spec.default), range_text(&spec.kind)])
+        .map(|spec| vec![spec.name.into(), spec.unit.into(), default_text(spec), range_text(spec.kind())])
         .collect();
     for line in table(&columns, &rows, 2, page.width()) {
         page.line(&line);
@@ -86,32 +87,42 @@ fn explain(page: &mut Page, method: &Method) {
     }
     page.gap();
     page.words("Set one for all robots:", 0);
-    page.line(&format!(
-        "  shoal run --planner {0} --set planners.{0}.{1}={2}",
-        method.name, specs[0].name, specs[0].default
-    ));
+    let (name, default) = (specs[0].name, specs[0].default().map(|default| toml(&default)).unwrap_or_default());
+    page.line(&format!("  shoal run --planner {0} --set planners.{0}.{name}={default}", method.name));
 }
 
-fn default_text(value: &ParamValue) -> String {
+/// As TOML; a number with its point, so that nobody takes it for a whole one.
+fn toml(value: &value::Value) -> String {
     match value {
-        ParamValue::Choice(word) => word.clone(),
+        value::Value::Float(number) => format!("{number:?}"),
         value => value.to_string(),
     }
 }
 
+fn default_text(spec: &Spec) -> String {
+    match spec.default() {
+        Some(value::Value::Text(word)) => word,
+        default => default.map(|default| toml(&default)).unwrap_or_default(),
+    }
+}
+
 /// The bounds, or the words; what has no bounds in practice shows none.
-fn range_text(kind: &ParamKind) -> String {
-    match *kind {
-        ParamKind::Float { min, max } => {
+fn range_text(kind: Kind) -> String {
+    match kind {
+        Kind::Float(Range { min, max, .. }) => {
             let side = |x: f64| if x.abs() > 1e300 { "any".to_string() } else { format!("{x}") };
             format!("{} .. {}", side(min), side(max))
         }
-        ParamKind::Int { min, max } => {
-            let side = |n: i64| if n == i64::MIN || n == i64::MAX { "any".to_string() } else { n.to_string() };
+        Kind::Int { min, max } => {
+            let side = |n: i128| match i64::try_from(n) {
+                Ok(n) if n != i64::MIN && n != i64::MAX => n.to_string(),
+                _ => "any".to_string(),
+            };
             format!("{} .. {}", side(min), side(max))
         }
-        ParamKind::Bool => "true, false".to_string(),
-        ParamKind::Choice(words) => words.join(", "),
+        Kind::Bool => "true, false".to_string(),
+        Kind::Choice(words) => words.join(", "),
+        kind => kind.to_string(),
     }
 }
 
@@ -126,18 +137,20 @@ fn kinds(method: &Method) -> Vec<&'static str> {
     method.kinds.iter().map(|kind| kind.word()).collect()
 }
 
-fn param_json(spec: &ParamSpec) -> Value {
-    let (kind, min, max, choices) = match spec.kind {
-        ParamKind::Float { min, max } => ("float", json!(min), json!(max), Value::Null),
-        ParamKind::Int { min, max } => ("int", json!(min), json!(max), Value::Null),
-        ParamKind::Bool => ("bool", Value::Null, Value::Null, Value::Null),
-        ParamKind::Choice(words) => ("choice", Value::Null, Value::Null, json!(words)),
+fn param_json(spec: &Spec) -> Value {
+    let (kind, min, max, choices) = match spec.kind() {
+        Kind::Float(Range { min, max, .. }) => ("float", json!(min), json!(max), Value::Null),
+        Kind::Int { min, max } => ("int", json!(min as i64), json!(max as i64), Value::Null),
+        Kind::Bool => ("bool", Value::Null, Value::Null, Value::Null),
+        Kind::Choice(words) => ("choice", Value::Null, Value::Null, json!(words)),
+        kind => unreachable!("no parameter of a planner is {kind}"),
     };
-    let default = match &spec.default {
-        ParamValue::Float(x) => json!(x),
-        ParamValue::Int(n) => json!(n),
-        ParamValue::Bool(b) => json!(b),
-        ParamValue::Choice(word) => json!(word),
+    let default = match spec.default() {
+        Some(value::Value::Float(x)) => json!(x),
+        Some(value::Value::Int(n)) => json!(n as i64),
+        Some(value::Value::Bool(b)) => json!(b),
+        Some(value::Value::Text(word)) => json!(word),
+        Some(value::Value::List(_)) | None => Value::Null,
     };
     json!({
         "name": spec.name, "unit": spec.unit, "kind": kind, "default": default,

@@ -102,7 +102,7 @@ pub struct AmrApf {
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
     Params::from_values(values)?;
-    Ok(Box::new(AmrApf::new(Params::preset(values), identity)))
+    Ok(Box::new(AmrApf::new(Params::of_values(values), identity)))
 }
 
 /// What stands in a gap that a parked robot and a pillar close together.

@@ -1,7 +1,6 @@
 //! Parameters of AMR-APF, and the presets: which program of the authors has which values.
 
 use super::speed::{Pivot, SpeedLaw};
-use crate::params::ParamField;
 use model::ParamValues;
 
 crate::choice! {
@@ -197,8 +196,8 @@ crate::params! {
 
 impl Params {
     /// The preset named in `values`, with the other values on top.
-    pub fn preset(values: &ParamValues) -> Params {
-        let preset = values.get("preset").and_then(Preset::from_value).unwrap_or(Preset::Fixed);
+    pub fn of_values(values: &ParamValues) -> Params {
+        let preset = Params::preset.given(values).unwrap_or(Preset::Fixed);
         Params::of(preset).with(values)
     }
 

@@ -80,13 +80,17 @@ pub struct LiquidOnline {
 }
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
-    let follows_speed = !values.contains_key("step_m");
+    let follows_speed = Common::step_m.given(values).is_none();
     Ok(Box::new(LiquidOnline { follows_speed, ..LiquidOnline::new(Params::from_values(values)?, identity) }))
 }
 
 /// One step a tick.
 fn speed_mps(values: &ParamValues, dt_s: f64) -> f64 {
-    if values.contains_key("step_m") { Params::default().with(values).common.step_m / dt_s } else { f64::INFINITY }
+    if Common::step_m.given(values).is_some() {
+        Params::default().with(values).common.step_m / dt_s
+    } else {
+        f64::INFINITY
+    }
 }
 
 impl Planner for LiquidOnline {

@@ -1,10 +1,12 @@
 //! Parameters: the table, typed values, and what is said about values that do not fit.
 
 use crate::inputs::{NOBODY, values};
+use model::kind::{Kind, Spec};
+use model::value::Value;
 use model::{ParamValue, ParamValues};
 use shoal_planners::decentralized_apf::{Distance, Params};
 use shoal_planners::params::nearest;
-use shoal_planners::{METHODS, ParamError, ParamField, ParamKind, find};
+use shoal_planners::{METHODS, ParamError, find};
 
 shoal_planners::choice! {
     enum Side { Left = "left", Right = "right", }
@@ -77,10 +79,10 @@ fn the_table_says_what_the_struct_says() {
     assert_eq!(names, ["real", "free", "whole", "count", "switch", "side"]);
     assert_eq!(specs[0].unit, "m");
     assert_eq!(specs[1].help, "A real number without bounds, explained on two lines.");
-    assert_eq!(specs[2].kind, ParamKind::Int { min: -5, max: 5 });
-    assert_eq!(specs[3].default, ParamValue::Int(3));
-    assert_eq!(specs[5].kind, ParamKind::Choice(&["left", "right"]));
-    assert_eq!(specs[5].default, Side::Left.to_value());
+    assert_eq!(specs[2].kind(), Kind::Int { min: -5, max: 5 });
+    assert_eq!(specs[3].default(), Some(Value::Int(3)));
+    assert_eq!(specs[5].kind(), Kind::Choice(&["left", "right"]));
+    assert_eq!(specs[5].default(), Some(Value::Text("left".to_owned())));
 }
 
 #[test]
@@ -118,16 +120,21 @@ fn suggestions_are_near_or_absent() {
     assert_eq!(nearest("zzz", known), None);
 }
 
+fn default(spec: &Spec) -> Option<ParamValue> {
+    spec.default()?.to_param()
+}
+
 #[test]
 fn every_method_describes_its_parameters() {
     for method in METHODS {
         let specs = (method.params)();
         for (i, spec) in specs.iter().enumerate() {
-            assert!(spec.kind.check(&spec.default).is_ok(), "{}: {}", method.name, spec.name);
+            let default = default(spec).unwrap_or_else(|| panic!("{}: {} has no default", method.name, spec.name));
+            assert!(spec.kind().check(&default).is_ok(), "{}: {}", method.name, spec.name);
             assert!(!spec.help.is_empty(), "{}: {}", method.name, spec.name);
             assert!(specs[..i].iter().all(|other| other.name != spec.name), "{}: {}", method.name, spec.name);
         }
-        let defaults = specs.into_iter().map(|spec| (spec.name.to_owned(), spec.default)).collect();
+        let defaults = specs.iter().filter_map(|spec| Some((spec.name.to_owned(), default(spec)?))).collect();
         assert_eq!(method.check(&defaults), []);
         assert!((method.build)(&defaults, NOBODY).is_ok());
     }

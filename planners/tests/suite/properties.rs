@@ -2,11 +2,13 @@
 
 use crate::inputs::{Scene, every_method};
 use geometry::Capsule;
+use model::kind::Kind;
+use model::value::Value;
 use model::{BodyKind, Drive, Limits, ParamValue, ParamValues};
 use nalgebra::{Point2, Rotation2, Vector2};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use shoal_planners::{Identity, METHODS, Neighbor, Obstacle, ParamKind, Plan, Planner};
+use shoal_planners::{Identity, METHODS, Neighbor, Obstacle, Plan, Planner};
 
 /// Fixed seed: a failure is the same for everybody. The failing input is printed in full and becomes a named row.
 pub(crate) fn config() -> ProptestConfig {
@@ -200,12 +202,12 @@ fn every_variant() -> Vec<(String, Box<dyn Planner>)> {
         let build = |values: &ParamValues| (method.build)(values, crate::inputs::NOBODY).expect("the parameters fit");
         all.push((method.name.to_owned(), build(&ParamValues::new())));
         for spec in (method.params)() {
-            let values: Vec<ParamValue> = match spec.kind {
-                ParamKind::Bool => [false, true].map(ParamValue::Bool).into(),
-                ParamKind::Choice(words) => words.iter().map(|word| ParamValue::Choice((*word).to_owned())).collect(),
-                ParamKind::Float { .. } | ParamKind::Int { .. } => Vec::new(),
+            let values: Vec<ParamValue> = match spec.kind() {
+                Kind::Bool => [false, true].map(ParamValue::Bool).into(),
+                Kind::Choice(words) => words.iter().map(|word| ParamValue::Choice((*word).to_owned())).collect(),
+                _ => Vec::new(),
             };
-            for value in values.into_iter().filter(|value| *value != spec.default) {
+            for value in values.into_iter().filter(|value| Some(Value::from(value)) != spec.default()) {
                 let name = format!("{}, {} = {value}", method.name, spec.name);
                 all.push((name, build(&ParamValues::from([(spec.name.to_owned(), value)]))));
             }

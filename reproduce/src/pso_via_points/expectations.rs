@@ -8,15 +8,16 @@ use geometry::Elbow;
 use geometry::arm::{FreeSpace, Room, Through, shortest_grid_path};
 use geometry::spline::length;
 use model::ParamValue;
+use model::key::{KeyName, Named, OptionalKey};
 use nalgebra::Point2;
 use planners::pso_via_points::field::{RawPath, Variant};
-use scenarios::Expectation;
+use scenarios::{Expectation, Results as Keys};
 
 /// One step of the raw path, m.
 const STEP_M: f64 = 0.05;
 
 /// What a run gives, by key of the expectation.
-type Results = Vec<(&'static str, f64)>;
+type Results = Vec<(KeyName, f64)>;
 
 pub(super) fn rows(rows: &mut Rows<'_>, scene: &Scene, expect: &Expectation) {
     let name = format!("{} {}", scene.name, expect.method);
@@ -38,10 +39,10 @@ fn expected(rows: &mut Rows<'_>, item: Item, oracle: Option<f64>, ours: f64, tol
 }
 
 /// The unit of a key.
-fn unit(key: &str) -> &'static str {
+fn unit(key: KeyName) -> &'static str {
     match key {
-        "reduction_percent_worst" => "%",
-        "fine_check_ok" => "runs",
+        _ if key.is(Keys::reduction_percent_worst) => "%",
+        _ if key.is(Keys::fine_check_ok) => "runs",
         _ => "m",
     }
 }
@@ -52,33 +53,35 @@ fn raw(rows: &mut Rows<'_>, name: &str, scene: &Scene, expect: &Expectation) {
     let end = path.points.last().copied().unwrap_or_default();
     let item = |key: &str| Item::new(format!("{name}: {key}"));
     let ours = "our tolerance: ";
-    if let Some(arrives) = expect.flag("arrives") {
+    if let Some(arrives) = expect.get(Keys::arrives) {
         rows.exact(item("arrives"), arrives, path.arrived);
     }
     let length_m = length(&path.points);
-    expected(rows, item("path_length"), expect.number("path_length_m"), length_m, 0.1, "m");
+    expected(rows, item("path_length"), expect.get(Keys::path_length_m), length_m, 0.1, "m");
     let note = format!("{ours}a fifth of a step");
     let clearance = experiment.clearance(&path.points);
-    expected(rows, item("min_clearance").note(note), expect.number("min_clearance_m"), clearance, 0.01, "m");
+    expected(rows, item("min_clearance").note(note), expect.get(Keys::min_clearance_m), clearance, 0.01, "m");
     let note = format!("{ours}one step, the path chatters there");
-    if let Some(ends) = expect.points("end_m") {
+    if let Some(ends) = expect.get(Keys::end_m) {
         let ours = [tidy(end.x), tidy(end.y)];
         rows.vector(item("end").note(note.clone()), ends[0].into(), ours, STEP_M, "m");
     }
     let to_goal = (end - experiment.goal).norm();
-    expected(rows, item("distance_to_goal").note(note), expect.number("distance_to_goal_m"), to_goal, STEP_M, "m");
+    expected(rows, item("distance_to_goal").note(note), expect.get(Keys::distance_to_goal_m), to_goal, STEP_M, "m");
     if experiment.arm.is_none() {
         return;
     }
-    for (elbow, sheet) in [(Elbow::Up, "up"), (Elbow::Down, "down")] {
+    for (elbow, free, fraction) in [
+        (Elbow::Up, Keys::free_elbow_up, Keys::fraction_free_up),
+        (Elbow::Down, Keys::free_elbow_down, Keys::fraction_free_down),
+    ] {
         let part = share_free(&experiment, &path, elbow);
-        let key = format!("free_elbow_{sheet}");
-        if let Some(whole) = expect.flag(&key) {
+        if let Some(whole) = expect.get(free) {
             let note = "in the sheet; the stops of joint 1 are not asked here";
-            rows.exact(item(&key).note(note), whole, part == 1.0);
+            rows.exact(item(free.name()).note(note), whole, part == 1.0);
         }
-        let (key, note) = (format!("fraction_free_{sheet}"), format!("{ours}two of about 240 points"));
-        expected(rows, item(&key).note(note), expect.number(&key), part, 0.01, "");
+        let note = format!("{ours}two of about 240 points");
+        expected(rows, item(fraction.name()).note(note), expect.get(fraction), part, 0.01, "");
     }
 }
 
@@ -99,11 +102,14 @@ pub(super) fn free_space(experiment: &Experiment) -> FreeSpace {
 
 fn grid_counts(rows: &mut Rows<'_>, name: &str, scene: &Scene, expect: &Expectation) {
     let [up, down, both, union] = free_space(&Experiment::new(scene)).counts();
-    for (key, ours) in
-        [("elbow_up_points", up), ("elbow_down_points", down), ("both_points", both), ("union_points", union)]
-    {
+    for (key, ours) in [
+        (Keys::elbow_up_points, up),
+        (Keys::elbow_down_points, down),
+        (Keys::both_points, both),
+        (Keys::union_points, union),
+    ] {
         let note = "points on a border count as free or not by the last digit; here they count as free";
-        let item = Item::new(format!("{name}: {key}")).note(note);
+        let item = Item::new(format!("{name}: {}", key.name())).note(note);
         expected(rows, item, expect.number(key), ours as f64, 10.0, "points");
     }
 }
@@ -111,11 +117,13 @@ fn grid_counts(rows: &mut Rows<'_>, name: &str, scene: &Scene, expect: &Expectat
 fn grid_lengths(rows: &mut Rows<'_>, name: &str, scene: &Scene, expect: &Expectation) {
     let experiment = Experiment::new(scene);
     let space = free_space(&experiment);
-    for (key, through) in
-        [("up_m", Through::Sheet(Elbow::Up)), ("down_m", Through::Sheet(Elbow::Down)), ("union_m", Through::Union)]
-    {
+    for (key, through) in [
+        (Keys::up_m, Through::Sheet(Elbow::Up)),
+        (Keys::down_m, Through::Sheet(Elbow::Down)),
+        (Keys::union_m, Through::Union),
+    ] {
         let found = shortest_grid_path(&space, experiment.start, experiment.goal, through);
-        let item = Item::new(format!("{name}: {}", plain(key)))
+        let item = Item::new(format!("{name}: {}", plain(key.name())))
             .note("our tolerance: the printed digits; joint 1 turns for ever");
         expected(rows, item, expect.number(key), found.unwrap_or(f64::NAN), 0.5e-3, "m");
     }
@@ -133,14 +141,14 @@ fn summary(runs: &[Optimised], raw_m: f64) -> Results {
     let longest = fold(0.0, f64::max, |run| run.length_m);
     let mean = runs.iter().map(|run| run.length_m).sum::<f64>() / runs.len() as f64;
     vec![
-        ("length_m", mean),
-        ("length_min_m", fold(f64::INFINITY, f64::min, |run| run.length_m)),
-        ("length_mean_m", mean),
-        ("length_max_m", longest),
-        ("min_clearance_m", fold(f64::INFINITY, f64::min, |run| run.clearance_m)),
-        ("min_clearance_worst_m", fold(f64::INFINITY, f64::min, |run| run.clearance_m)),
-        ("reduction_percent_worst", reduction_percent(raw_m, longest)),
-        ("fine_check_ok", runs.iter().filter(|run| run.accepted).count() as f64),
+        (Keys::length_m.any(), mean),
+        (Keys::length_min_m.any(), fold(f64::INFINITY, f64::min, |run| run.length_m)),
+        (Keys::length_mean_m.any(), mean),
+        (Keys::length_max_m.any(), longest),
+        (Keys::min_clearance_m.any(), fold(f64::INFINITY, f64::min, |run| run.clearance_m)),
+        (Keys::min_clearance_worst_m.any(), fold(f64::INFINITY, f64::min, |run| run.clearance_m)),
+        (Keys::reduction_percent_worst.any(), reduction_percent(raw_m, longest)),
+        (Keys::fine_check_ok.any(), runs.iter().filter(|run| run.accepted).count() as f64),
     ]
 }
 
@@ -154,22 +162,25 @@ fn compare(rows: &mut Rows<'_>, name: &str, scene: &Scene, expect: &Expectation,
     // Without the collision term it ends on the straight line, whatever the random numbers.
     let percent = if expect.method.ends_with("no-collision-term") { 0.01 } else { 0.5 };
     for (key, ours) in results {
-        let (percent, least) = match *key {
-            "length_m" | "length_min_m" | "length_mean_m" | "length_max_m" => (percent, 0.0),
-            "min_clearance_m" | "min_clearance_worst_m" => (0.0, 0.01),
-            "reduction_percent_worst" => (0.0, 0.5),
-            "fine_check_ok" => (0.0, 0.0),
-            "straight_line_m" => (0.0, 0.5e-3),
-            other => panic!("no tolerance for `{other}`"),
+        let is_one_of = |keys: &[OptionalKey<f64>]| keys.iter().any(|known| key.is(*known));
+        let (percent, least) = match key {
+            _ if is_one_of(&[Keys::length_m, Keys::length_min_m, Keys::length_mean_m, Keys::length_max_m]) => {
+                (percent, 0.0)
+            }
+            _ if is_one_of(&[Keys::min_clearance_m, Keys::min_clearance_worst_m]) => (0.0, 0.01),
+            _ if key.is(Keys::reduction_percent_worst) => (0.0, 0.5),
+            _ if key.is(Keys::fine_check_ok) => (0.0, 0.0),
+            _ if key.is(Keys::straight_line_m) => (0.0, 0.5e-3),
+            other => panic!("no tolerance for `{}`", other.name()),
         };
-        let oracle = expect.number(key);
+        let oracle = expect.number(*key);
         let tolerance = oracle.map_or(0.0, |oracle| tidy((percent / 100.0 * oracle).max(least)));
-        let paper_value = (*key == "reduction_percent_worst").then(|| paper.to_owned());
+        let paper_value = key.is(Keys::reduction_percent_worst).then(|| paper.to_owned());
         let note = "our tolerance for lengths: about the spread of the seeds; our random numbers are not those of the \
                     reference"
             .to_owned();
-        let item = Item { item: format!("{name}: {}", plain(key)), paper_value, note };
-        expected(rows, item, oracle, *ours, tolerance, unit(key));
+        let item = Item { item: format!("{name}: {}", plain(key.name())), paper_value, note };
+        expected(rows, item, oracle, *ours, tolerance, unit(*key));
     }
 }
 
@@ -188,7 +199,7 @@ fn point_swarm(rows: &mut Rows<'_>, name: &str, scene: &Scene, expect: &Expectat
     let raw = experiment.raw(base(scene, expect));
     let runs = runs(&experiment, &raw.points, None, expect);
     let mut results = summary(&runs, length(&raw.points));
-    results.push(("straight_line_m", experiment.straight()));
+    results.push((Keys::straight_line_m.any(), experiment.straight()));
     let set = |(key, value): (&String, &ParamValue)| format!(" {key} = {value}");
     let changed: Vec<String> = expect.params.iter().map(set).collect();
     compare(rows, &format!("{name}{}", changed.join(",")), scene, expect, &results);
