@@ -198,7 +198,7 @@ impl Kind {
     pub fn name(&self) -> String {
         let name = match *self {
             Kind::Text(_) | Kind::Id(_) => "a string",
-            Kind::Planner => "the name of a method",
+            Kind::Planner => "the name of a planner",
             Kind::Bool => "true or false",
             Kind::Float(_) => "a number",
             Kind::Int { .. } => "a whole number",
@@ -243,7 +243,7 @@ impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = self.name();
         match *self {
-            Kind::Float(Range::FINITE) => f.write_str(&name),
+            Kind::Float(Range::FINITE) => f.write_str("a finite number"),
             Kind::Float(range) if range.min_included && !range.roomy => write!(f, "{name} from {range}"),
             Kind::Float(range) => write!(f, "{name} {range}"),
             Kind::Int { min, max } => write!(f, "{name} from {min} to {max}"),

@@ -1,7 +1,7 @@
 //! The methods: pure mathematics, no clock, no I/O, and nothing of this workspace but the nouns and the geometry.
 //!
 //! A robot's plan is a function of what the robot knows at this tick ([`PlanInput`]) and of what the method
-//! remembers. Every method lives in one file beside its paper and registers itself with one line in [`registry`].
+//! remembers. Every method lives in one file beside its paper; [`METHODS`] lists them.
 //!
 //! Units are SI; angles are radians, counter-clockwise from +x; x is forward and y is left in a body frame.
 
@@ -15,7 +15,6 @@ pub mod method;
 pub mod params;
 pub mod planner;
 pub mod pso_via_points;
-pub mod registry;
 pub mod rpoa;
 pub mod steering;
 pub mod straight;
@@ -25,4 +24,21 @@ pub use method::{Identity, Method, Symmetry};
 pub use model::{choice, keys};
 pub use params::ParamError;
 pub use planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id, solid};
-pub use registry::{METHODS, find};
+
+/// Every method, in the order in which help lists them. A new one costs its file, its `pub mod` above and a line here.
+pub static METHODS: &[&Method] = &[
+    &straight::METHOD,
+    &apf::METHOD,
+    &decentralized_apf::METHOD,
+    &rpoa::METHOD,
+    &liquid::offline::METHOD,
+    &liquid::online::METHOD,
+    &pso_via_points::METHOD,
+    &amr_apf::METHOD,
+    &dapf::METHOD,
+];
+
+/// The method of that name.
+pub fn find(name: &str) -> Option<&'static Method> {
+    METHODS.iter().copied().find(|method| method.name == name)
+}

@@ -300,7 +300,9 @@ fn single(
     let pose = node.get(Keys::goal_m);
     let mut goal = place(Keys::goal_m.any(), pose.map(|pose| pose.at), layout.map(|[_, goal]| goal));
     let goal_motion = match node.node(Keys::goal_motion) {
-        Some(motion) if goal != NOWHERE => obstacles::motion(motion, goal, ground.world, report),
+        Some(motion) if goal.coords.iter().all(|x| x.is_finite()) => {
+            obstacles::motion(motion, goal, ground.world, report)
+        }
         _ => None,
     };
     if let Some(motion) = &goal_motion {

@@ -220,6 +220,18 @@ fn motions() {
     assert_snapshot!(table(&rows.iter().map(|row| (disc, row.as_str())).collect::<Vec<_>>()));
 }
 
+/// Where a place could not be read, nothing that depends on it is blamed.
+#[test]
+fn a_wrong_goal_is_the_only_problem_of_its_motion() {
+    for motion in ["kind = \"bounce\", velocity_mps = [1, 0]", "kind = \"random-walk\", speed_mps = 1"] {
+        let robot =
+            format!("[[robot]]\nid = \"c\"\nstart_m = [0, 5]\ngoal_m = [0, true]\ngoal_motion = {{ {motion} }}");
+        let told = errors_of(&format!("{GOOD}\n{robot}"), &Overrides::default());
+        assert_eq!(told.matches("error: ").count(), 1, "{told}");
+        assert!(told.contains("robot[2].goal_m[1]: expected a number"), "{told}");
+    }
+}
+
 #[test]
 fn planners() {
     assert_snapshot!(table(&[
