@@ -2,7 +2,7 @@
 
 use crate::route::{Cell, MEASURED, Route, WARM_UP};
 use divan::Bencher;
-use model::Seat;
+use model::{RobotIndex, RobotInstance};
 use planners::PlanInput;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{PosePair, SharedPose};
@@ -27,8 +27,8 @@ fn step(bencher: Bencher<'_, '_>, cell: &Cell) {
         .with("defaults.planner", cell.method.name)
         .scenario("micro")
         .unwrap();
-    let seat = Seat { slot: 0, incarnation: 0 };
-    let mut agent = Agent::new(AgentSpec::new(&scenario, &scenario.robots[0], seat)).unwrap();
+    let instance = RobotInstance { index: RobotIndex(0), incarnation: 0 };
+    let mut agent = Agent::new(AgentSpec::new(&scenario, &scenario.robots[0], instance)).unwrap();
     let pieces: Vec<Piece> = route.input(0).obstacles.iter().map(piece).collect();
     let told: Vec<_> =
         (0..WARM_UP + MEASURED).map(|tick| route.input(tick)).map(|input| (odometry(&input), heard(&input))).collect();
@@ -79,7 +79,7 @@ fn heard(input: &PlanInput<'_>) -> Vec<(NeighborRef, PosePair)> {
             flags: SharedPose::FLAG_SPOKEN | arrived,
             ..SharedPose::default()
         };
-        let who = NeighborRef { slot: neighbor.id, incarnation: 0 };
+        let who = NeighborRef { index: neighbor.id, incarnation: 0 };
         (who, PosePair { newest, previous: SharedPose::default() })
     };
     input.neighbors.iter().map(spoken).collect()

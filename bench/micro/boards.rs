@@ -5,7 +5,7 @@
 use crate::home::{Home, Other, Period};
 use bus::{Node, Poses, RobotReader, RobotWriter, Services, Sizes, WorldReader, WorldWriter};
 use divan::Bencher;
-use model::Seat;
+use model::{RobotIndex, RobotInstance};
 use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::Odometry;
 use std::cell::RefCell;
@@ -13,8 +13,8 @@ use std::hint::black_box;
 
 const BOARDS: [u32; 3] = [1, 16, 64];
 
-fn seat(slot: u32) -> Seat {
-    Seat { slot, incarnation: 0 }
+fn instance(slot: u32) -> RobotInstance {
+    RobotInstance { index: RobotIndex(slot), incarnation: 0 }
 }
 
 fn pose(slot: u32, tick: u64) -> SharedPose {
@@ -50,12 +50,12 @@ impl Robots {
         let writer = Other::new(move || {
             let node = Node::new(&address, "writer").unwrap();
             let sizes = Sizes { max_robots: count, shape_pieces: 0 };
-            let boards = (0..count).map(|slot| RobotWriter::create(&node, seat(slot), sizes, poses));
+            let boards = (0..count).map(|slot| RobotWriter::create(&node, instance(slot), sizes, poses));
             let mut boards: Vec<RobotWriter> = boards.collect::<Result<_, _>>().unwrap();
             move |tick| boards.iter_mut().zip(0..).for_each(|(board, slot)| board.pose(pose(slot, tick)))
         });
         let node = home.node("reader");
-        let readers = (0..count).map(|slot| RobotReader::open(&node, seat(slot)));
+        let readers = (0..count).map(|slot| RobotReader::open(&node, instance(slot)));
         let readers = readers.collect::<Result<_, _>>().unwrap();
         let mut robots = Robots { readers, writer, tick: 0, period: Period::new(), _home: home };
         robots.speak();
@@ -134,9 +134,9 @@ impl World {
         let writer = Other::new(move || {
             let node = Node::new(&address, "world").unwrap();
             let mut board = WorldWriter::open(&node, sizes).unwrap();
-            move |tick| (0..count).for_each(|slot| board.odometry(slot, odometry(slot, tick)))
+            move |tick| (0..count).for_each(|slot| board.odometry(RobotIndex(slot), odometry(slot, tick)))
         });
-        let reader = WorldReader::open(&home.node("agent"), count / 2).unwrap();
+        let reader = WorldReader::open(&home.node("agent"), RobotIndex(count / 2)).unwrap();
         let mut world = World { reader, writer, tick: 0, period: Period::new(), _services: services, _home: home };
         world.turn_cold();
         world

@@ -1,36 +1,36 @@
 //! The gate. `tick` is what its words and its system calls take while nobody sleeps: one thread opens a tick, gives the
-//! answers of all seats, and waits for them. `ping` is a tick of one robot in another thread, on another processor:
+//! answers of all instances, and waits for them. `ping` is a tick of one robot in another thread, on another processor:
 //! two wake-ups, mostly.
 
 use crate::home::{Home, Other};
 use bus::{Gate, TickWait, clock};
 use divan::Bencher;
-use model::Seat;
+use model::{RobotIndex, RobotInstance};
 use std::time::Duration;
 
 const PATIENCE: Duration = Duration::from_secs(1);
 
-fn seat(slot: u32) -> Seat {
-    Seat { slot, incarnation: 0 }
+fn instance(slot: u32) -> RobotInstance {
+    RobotInstance { index: RobotIndex(slot), incarnation: 0 }
 }
 
 /// Opens a tick, and waits until it is answered by so many.
-fn open(gate: &Gate, tick: u64, seats: u32, answer: impl FnOnce()) {
-    gate.open_tick(tick, seats, clock::now_ns());
+fn open(gate: &Gate, tick: u64, instances: u32, answer: impl FnOnce()) {
+    gate.open_tick(tick, instances, clock::now_ns());
     answer();
-    while (0..seats).any(|slot| !gate.answered(seat(slot), tick)) {
+    while (0..instances).any(|slot| !gate.answered(instance(slot), tick)) {
         gate.wait_answers(tick, PATIENCE);
     }
 }
 
 #[divan::bench(args = [1, 15, 64, 200])]
-fn tick(bencher: Bencher<'_, '_>, seats: u32) {
+fn tick(bencher: Bencher<'_, '_>, instances: u32) {
     let home = Home::new();
-    let gate = Gate::create(&home.address, seats).unwrap();
+    let gate = Gate::create(&home.address, instances).unwrap();
     let mut tick = 0;
     bencher.bench_local(|| {
         tick += 1;
-        open(&gate, tick, seats, || (0..seats).for_each(|slot| gate.answer(seat(slot), tick)));
+        open(&gate, tick, instances, || (0..instances).for_each(|slot| gate.answer(instance(slot), tick)));
     });
 }
 
@@ -45,7 +45,7 @@ fn ping(bencher: Bencher<'_, '_>) {
             loop {
                 match theirs.wait_tick(last, PATIENCE) {
                     TickWait::Open { tick, .. } => {
-                        theirs.answer(seat(0), tick);
+                        theirs.answer(instance(0), tick);
                         last = Some(tick);
                     }
                     TickWait::TimedOut | TickWait::Stopped => return,

@@ -46,8 +46,8 @@ fn lattice(bodies: usize) -> World {
 /// Round in circles of 0.2 m across, each robot elsewhere on its circle.
 fn close(world: &mut World) {
     let turn_rad = world.tick() as f64 * (5.0 / TICK_HZ);
-    world.close(&mut |seat| {
-        let (sin, cos) = (turn_rad + f64::from(seat.slot)).sin_cos();
+    world.close(&mut |instance| {
+        let (sin, cos) = (turn_rad + f64::from(instance.index.0)).sin_cos();
         Some(Drive::Velocity(Vector2::new(cos, sin) * 0.5))
     });
     assert!(!world.finished() && world.take_notices().is_empty() && world.contacts() == 0, "nothing happens in it");

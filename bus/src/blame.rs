@@ -9,7 +9,8 @@
 //! ([`clock::RunQueue`]) after a late period, and otherwise once a second; [`Waits`] works out what the late period's part is.
 
 use crate::clock::{self, RunQueue};
-use crate::{Cause, Counter, Metric, StatsWriter};
+use crate::{Counter, StatsWriter};
+use model::{Cause, Metric};
 
 /// A process that wakes later than this share of its period is late. The verdict `starved` uses the same bound.
 pub const WAKE_SHARE_MAX: f64 = 0.2;
@@ -168,7 +169,7 @@ impl Watch {
         if period.is_late() {
             let delta_ns = self.look(stats);
             let cause = cause(&period, self.waits.late(delta_ns), self.before, self.work);
-            stats.add(Counter::late(cause), 1 + skipped);
+            stats.add_late(cause, 1 + skipped);
             self.before = cause;
         } else {
             self.waits.on_time(period.wake_ns());

@@ -40,7 +40,7 @@
 use crate::clock::{now_ns, timespec};
 use crate::map::Mapping;
 use crate::{Address, Result};
-use model::Seat;
+use model::{RobotIndex, RobotInstance};
 use rustix::thread::futex;
 use std::sync::atomic::Ordering::{AcqRel, Acquire, Relaxed, Release};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
@@ -87,7 +87,7 @@ const TRACE: usize = 1024;
 /// In the counter: ring for each answer, not only for the last one.
 const EACH: u64 = 1 << 31;
 const REMAINING: u64 = EACH - 1;
-/// No seat has this incarnation and answers this tick.
+/// No instance has this incarnation and answers this tick.
 const NEVER: u64 = u64::MAX;
 
 /// What [`Gate::wait_tick`] found.
@@ -242,14 +242,14 @@ impl Gate {
         }
     }
 
-    /// Whether this seat has answered this tick.
-    pub fn answered(&self, seat: Seat, tick: u64) -> bool {
-        self.slot(seat.slot, ANSWER).is_some_and(|word| word.load(Acquire) == answer_of(seat, tick))
+    /// Whether this instance has answered this tick.
+    pub fn answered(&self, instance: RobotInstance, tick: u64) -> bool {
+        self.slot(instance.index, ANSWER).is_some_and(|word| word.load(Acquire) == answer_of(instance, tick))
     }
 
-    /// Whether the agent of this seat has said that it is ready.
-    pub fn is_ready(&self, seat: Seat) -> bool {
-        self.slot(seat.slot, READY).is_some_and(|word| word.load(Acquire) == u64::from(seat.incarnation) + 1)
+    /// Whether the agent of this instance has said that it is ready.
+    pub fn is_ready(&self, instance: RobotInstance) -> bool {
+        self.slot(instance.index, READY).is_some_and(|word| word.load(Acquire) == u64::from(instance.incarnation) + 1)
     }
 
     /// Before the start of a `realtime` run: everybody is ready, and whom each robot will hear is on its board. The agents
@@ -259,15 +259,15 @@ impl Gate {
         self.turn();
     }
 
-    /// Whether the agent of this seat has opened those boards.
-    pub fn has_met(&self, seat: Seat) -> bool {
-        self.slot(seat.slot, MET).is_some_and(|word| word.load(Acquire) == u64::from(seat.incarnation) + 1)
+    /// Whether the agent of this instance has opened those boards.
+    pub fn has_met(&self, instance: RobotInstance) -> bool {
+        self.slot(instance.index, MET).is_some_and(|word| word.load(Acquire) == u64::from(instance.incarnation) + 1)
     }
 
-    /// How many signs of life ([`Gate::note_alive`]) the agents of this seat's slot have given. It changes while the
+    /// How many signs of life ([`Gate::note_alive`]) the agents of this instance's slot have given. It changes while the
     /// process runs, and stands still while it does not.
-    pub fn signs(&self, seat: Seat) -> u64 {
-        self.slot(seat.slot, SIGNS).map_or(0, |word| word.load(Relaxed))
+    pub fn signs(&self, instance: RobotInstance) -> u64 {
+        self.slot(instance.index, SIGNS).map_or(0, |word| word.load(Relaxed))
     }
 
     /// Says where the run is. No system call.
@@ -285,24 +285,24 @@ impl Gate {
 
     // ---- an agent's side
 
-    /// Says which process is the agent of this seat: the caller. Behind a wrapper it is not the one that was started.
-    pub fn announce_process(&self, seat: Seat) {
-        if let Some(word) = self.slot(seat.slot, PROCESS) {
-            word.store(u64::from(seat.incarnation) << 32 | u64::from(std::process::id()), Release);
+    /// Says which process is the agent of this instance: the caller. Behind a wrapper it is not the one that was started.
+    pub fn announce_process(&self, instance: RobotInstance) {
+        if let Some(word) = self.slot(instance.index, PROCESS) {
+            word.store(u64::from(instance.incarnation) << 32 | u64::from(std::process::id()), Release);
         }
     }
 
-    /// Says that this robot cannot hear the one in slot `to`, and that its process therefore ends.
-    pub fn announce_deaf(&self, seat: Seat, to: u32) {
-        if let Some(word) = self.slot(seat.slot, DEAF) {
-            word.store((u64::from(seat.incarnation) + 1) << 32 | u64::from(to), Release);
+    /// Says that this robot cannot hear the robot `to`, and that its process therefore ends.
+    pub fn announce_deaf(&self, instance: RobotInstance, to: RobotIndex) {
+        if let Some(word) = self.slot(instance.index, DEAF) {
+            word.store((u64::from(instance.incarnation) + 1) << 32 | u64::from(to.0), Release);
         }
     }
 
-    /// Says that this seat can take part from now on, and tells the world.
-    pub fn announce_ready(&self, seat: Seat) {
-        if let Some(word) = self.slot(seat.slot, READY) {
-            word.store(u64::from(seat.incarnation) + 1, Release);
+    /// Says that this instance can take part from now on, and tells the world.
+    pub fn announce_ready(&self, instance: RobotInstance) {
+        if let Some(word) = self.slot(instance.index, READY) {
+            word.store(u64::from(instance.incarnation) + 1, Release);
         }
         self.ring_world();
     }
@@ -320,9 +320,9 @@ impl Gate {
     }
 
     /// Answers a tick: everything this robot wrote before is visible to whoever sees the answer.
-    pub fn answer(&self, seat: Seat, tick: u64) {
-        let Some(word) = self.slot(seat.slot, ANSWER) else { return };
-        word.store(answer_of(seat, tick), Release);
+    pub fn answer(&self, instance: RobotInstance, tick: u64) {
+        let Some(word) = self.slot(instance.index, ANSWER) else { return };
+        word.store(answer_of(instance, tick), Release);
         let counted = self.map.u64_at(COUNTER).fetch_update(AcqRel, Acquire, |c| {
             (c >> 32 == half(tick)).then(|| if c & REMAINING == 0 { c } else { c - 1 })
         });
@@ -335,16 +335,16 @@ impl Gate {
     }
 
     /// Says that this robot's process is alive although nobody waits for it: it is held, or there are no ticks to answer.
-    pub fn note_alive(&self, seat: Seat) {
-        if let Some(word) = self.slot(seat.slot, SIGNS) {
+    pub fn note_alive(&self, instance: RobotInstance) {
+        if let Some(word) = self.slot(instance.index, SIGNS) {
             word.store(word.load(Relaxed).wrapping_add(1), Relaxed);
         }
     }
 
     /// Says how many neighbours this robot heard in the step that it is about to answer. No system call.
-    pub fn note_heard(&self, seat: Seat, neighbors: usize) {
-        if let Some(word) = self.slot(seat.slot, HEARD) {
-            word.store(u64::from(seat.incarnation) << 32 | neighbors as u64, Relaxed);
+    pub fn note_heard(&self, instance: RobotInstance, neighbors: usize) {
+        if let Some(word) = self.slot(instance.index, HEARD) {
+            word.store(u64::from(instance.incarnation) << 32 | neighbors as u64, Relaxed);
         }
     }
 
@@ -354,10 +354,10 @@ impl Gate {
         self.sleep_until(timeout, || if self.stopped() { Some(false) } else { called().then_some(true) }) == Some(true)
     }
 
-    /// Says that this seat has opened the boards of those whom it will hear first, and tells the world.
-    pub fn announce_met(&self, seat: Seat) {
-        if let Some(word) = self.slot(seat.slot, MET) {
-            word.store(u64::from(seat.incarnation) + 1, Release);
+    /// Says that this instance has opened the boards of those whom it will hear first, and tells the world.
+    pub fn announce_met(&self, instance: RobotInstance) {
+        if let Some(word) = self.slot(instance.index, MET) {
+            word.store(u64::from(instance.incarnation) + 1, Release);
         }
         self.ring_world();
     }
@@ -415,23 +415,23 @@ impl Gate {
         Progress { tick: word(0), robots, arrived, contacts: word(2), stamp_ns: word(3) }
     }
 
-    /// The process that announced itself as the agent of this seat. It may have ended since.
-    pub fn process(&self, seat: Seat) -> Option<u32> {
-        let word = self.slot(seat.slot, PROCESS)?.load(Acquire);
+    /// The process that announced itself as the agent of this instance. It may have ended since.
+    pub fn process(&self, instance: RobotInstance) -> Option<u32> {
+        let word = self.slot(instance.index, PROCESS)?.load(Acquire);
         let pid = (word & u64::from(u32::MAX)) as u32;
-        (word >> 32 == u64::from(seat.incarnation) && pid != 0).then_some(pid)
+        (word >> 32 == u64::from(instance.incarnation) && pid != 0).then_some(pid)
     }
 
-    /// The slot of the robot that the agent of this seat could not hear, if it ended because of that.
-    pub fn deaf_to(&self, seat: Seat) -> Option<u32> {
-        let word = self.slot(seat.slot, DEAF)?.load(Acquire);
-        (word >> 32 == u64::from(seat.incarnation) + 1).then_some(word as u32)
+    /// The robot that the agent of this instance could not hear, if it ended because of that.
+    pub fn deaf_to(&self, instance: RobotInstance) -> Option<RobotIndex> {
+        let word = self.slot(instance.index, DEAF)?.load(Acquire);
+        (word >> 32 == u64::from(instance.incarnation) + 1).then_some(RobotIndex(word as u32))
     }
 
-    /// How many neighbours this seat heard in its newest step; 0 before the first.
-    pub fn heard(&self, seat: Seat) -> usize {
-        let word = self.slot(seat.slot, HEARD).map_or(0, |word| word.load(Relaxed));
-        if word >> 32 == u64::from(seat.incarnation) { (word & u64::from(u32::MAX)) as usize } else { 0 }
+    /// How many neighbours this instance heard in its newest step; 0 before the first.
+    pub fn heard(&self, instance: RobotInstance) -> usize {
+        let word = self.slot(instance.index, HEARD).map_or(0, |word| word.load(Relaxed));
+        if word >> 32 == u64::from(instance.incarnation) { (word & u64::from(u32::MAX)) as usize } else { 0 }
     }
 
     /// The open tick, or the last one that was; `None` before the first.
@@ -500,9 +500,9 @@ impl Gate {
         }
     }
 
-    fn slot(&self, slot: u32, word: usize) -> Option<&AtomicU64> {
-        debug_assert!(slot < self.max_robots, "slot {slot} of {}", self.max_robots);
-        (slot < self.max_robots).then(|| self.map.u64_at(SLOTS + slot as usize * SLOT_SIZE + word))
+    fn slot(&self, index: RobotIndex, word: usize) -> Option<&AtomicU64> {
+        debug_assert!(index.0 < self.max_robots, "robot {index} of {}", self.max_robots);
+        (index.0 < self.max_robots).then(|| self.map.u64_at(SLOTS + index.at() * SLOT_SIZE + word))
     }
 }
 
@@ -517,8 +517,8 @@ fn half(tick: u64) -> u64 {
     tick & u64::from(u32::MAX)
 }
 
-fn answer_of(seat: Seat, tick: u64) -> u64 {
-    u64::from(seat.incarnation) << 32 | half(tick)
+fn answer_of(instance: RobotInstance, tick: u64) -> u64 {
+    u64::from(instance.incarnation) << 32 | half(tick)
 }
 
 fn clamp_ns(timeout: Duration) -> u64 {

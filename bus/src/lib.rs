@@ -26,7 +26,6 @@ pub mod bare;
 mod bell;
 pub mod blame;
 mod board;
-mod cause;
 pub mod clean;
 pub mod clock;
 pub mod control;
@@ -51,7 +50,6 @@ mod variant;
 pub mod world_board;
 
 pub use address::Address;
-pub use cause::Cause;
 pub use clean::{FleetEntry, SweepReport};
 pub use control::{NoticeReceiver, NoticeSender, OrderReceiver, OrderSender};
 pub use error::BusError;
@@ -64,7 +62,7 @@ pub use operator::{OperatorClient, OperatorServer, Responder};
 pub use robot_board::{Poses, RobotReader, RobotWriter};
 pub use services::Services;
 pub use sizes::Sizes;
-pub use stats::{Counter, Metric, Percentiles, StatsSnapshot, StatsWriter, Strips};
+pub use stats::{Counter, Percentiles, StatsSnapshot, StatsWriter, Strips};
 pub use world_board::{WorldObserver, WorldReader, WorldWriter};
 
 /// What every fallible call of this crate returns.

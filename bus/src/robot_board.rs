@@ -11,7 +11,7 @@
 use crate::board::{self, Board, Entry, EntryMut, Key};
 use crate::node::Node;
 use crate::{Result, Sizes, clock};
-use model::Seat;
+use model::RobotInstance;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::robot_to_world::Command;
 
@@ -21,8 +21,8 @@ const COMMAND: Key = 2;
 const PASSING_NS: u64 = 50_000_000;
 const AGAIN_NS: u64 = 1_000_000;
 
-fn name(seat: Seat) -> String {
-    format!("robot/{}/{}", seat.slot, seat.incarnation)
+fn name(instance: RobotInstance) -> String {
+    format!("robot/{}/{}", instance.index, instance.incarnation)
 }
 
 /// Which poses a board holds. Every reader finds that out by itself.
@@ -50,8 +50,8 @@ impl RobotWriter {
     ///
     /// # Errors
     /// When it exists already, or shared memory or open files have run out.
-    pub fn create(node: &Node, seat: Seat, sizes: Sizes, poses: Poses) -> Result<RobotWriter> {
-        let name = name(seat);
+    pub fn create(node: &Node, instance: RobotInstance, sizes: Sizes, poses: Poses) -> Result<RobotWriter> {
+        let name = name(instance);
         let mut creator = board::creator(node, &name, sizes.participants_max())
             .add(COMMAND, Command::default())
             .add(POSES[0], SharedPose::default());
@@ -102,10 +102,10 @@ impl RobotReader {
     /// # Errors
     /// When the board is not there ([`BusError::is_missing`](crate::BusError::is_missing)), has no place left, or there
     /// are no descriptors left. Except for the first, the robot is there and cannot be heard.
-    pub fn open(node: &Node, seat: Seat) -> Result<RobotReader> {
+    pub fn open(node: &Node, instance: RobotInstance) -> Result<RobotReader> {
         let begun_ns = clock::now_ns();
         loop {
-            match RobotReader::open_once(node, seat) {
+            match RobotReader::open_once(node, instance) {
                 Err(error) if error.may_pass() && clock::now_ns() - begun_ns < PASSING_NS => {
                     clock::sleep_until_ns(clock::now_ns() + AGAIN_NS);
                 }
@@ -114,8 +114,8 @@ impl RobotReader {
         }
     }
 
-    fn open_once(node: &Node, seat: Seat) -> Result<RobotReader> {
-        let name = name(seat);
+    fn open_once(node: &Node, instance: RobotInstance) -> Result<RobotReader> {
+        let name = name(instance);
         let reader = board::reader(&board::open(node, &name)?, &name)?;
         Ok(RobotReader {
             first: board::entry(&reader, &name, POSES[0])?,
@@ -164,10 +164,11 @@ impl RobotReader {
 mod tests {
     use super::*;
     use crate::{Address, clean};
+    use model::RobotIndex;
     use proptest::prelude::*;
     use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
 
-    const SEAT: Seat = Seat { slot: 0, incarnation: 0 };
+    const INSTANCE: RobotInstance = RobotInstance { index: RobotIndex(0), incarnation: 0 };
     const SIZES: Sizes = Sizes { max_robots: 1, shape_pieces: 0 };
 
     /// Swept at the end.
@@ -204,8 +205,8 @@ mod tests {
             let fleet = Fleet::new();
             let node = fleet.node();
             let poses = if last_two { Poses::LastTwo } else { Poses::Newest };
-            let mut writer = RobotWriter::create(&node, SEAT, SIZES, poses).unwrap();
-            let readers = [(); 2].map(|()| RobotReader::open(&node, SEAT).unwrap());
+            let mut writer = RobotWriter::create(&node, INSTANCE, SIZES, poses).unwrap();
+            let readers = [(); 2].map(|()| RobotReader::open(&node, INSTANCE).unwrap());
             let mut told = PosePair::default();
             for (ticks, reader) in looks {
                 for ticks in ticks {
@@ -224,8 +225,8 @@ mod tests {
         ) {
             let fleet = Fleet::new();
             let node = fleet.node();
-            let mut writer = RobotWriter::create(&node, SEAT, SIZES, Poses::LastTwo).unwrap();
-            let mut reader = RobotReader::open(&node, SEAT).unwrap();
+            let mut writer = RobotWriter::create(&node, INSTANCE, SIZES, Poses::LastTwo).unwrap();
+            let mut reader = RobotReader::open(&node, INSTANCE).unwrap();
             let (mut tick, mut told) = (0, 0);
             for (missed, ahead) in ticks {
                 tick += missed;
@@ -247,7 +248,7 @@ mod tests {
             std::thread::scope(|scope| {
                 scope.spawn(|| {
                     let node = fleet.node();
-                    let mut writer = RobotWriter::create(&node, SEAT, SIZES, poses).unwrap();
+                    let mut writer = RobotWriter::create(&node, INSTANCE, SIZES, poses).unwrap();
                     // Ends by itself, should the reader fail.
                     for stamp_ns in 1..u64::MAX {
                         begun.store(stamp_ns, SeqCst);
@@ -261,7 +262,7 @@ mod tests {
                 while told.load(SeqCst) == 0 {
                     std::thread::yield_now();
                 }
-                let reader = RobotReader::open(&fleet.node(), SEAT).unwrap();
+                let reader = RobotReader::open(&fleet.node(), INSTANCE).unwrap();
                 let mut last = 0;
                 for _ in 0..LOOKS {
                     let oldest = told.load(SeqCst).max(last);

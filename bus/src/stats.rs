@@ -19,39 +19,13 @@
 mod scale;
 mod snapshot;
 
-use crate::cause::Cause;
 use crate::map::Mapping;
 use crate::{Address, BusError, Result};
+use model::{Cause, Metric, RobotIndex};
 use scale::{COARSE, FINE, MAX_BITS, Scale};
 use std::sync::atomic::Ordering::{Relaxed, Release};
 
 pub use snapshot::{Percentiles, StatsSnapshot, read_all, take};
-
-/// What is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u32)]
-pub enum Metric {
-    /// Age of a neighbour's pose at the moment the planner uses it.
-    PoseAge,
-    /// From the start of a period, as its clock has it, to the moment that the process woke for it. A period that was
-    /// slept or worked through counts as well, until the moment at which the process was free again: what a loop
-    /// did not do on time must not vanish from its statistics (coordinated omission).
-    Wake,
-    /// One call of the planner.
-    Plan,
-    /// One step of the process: from waking to having published.
-    Step,
-    /// Age of a command at the moment it acts in the world.
-    CommandAge,
-    /// From the odometry sample to the moment the command computed from it acts in the world.
-    Reaction,
-}
-
-impl Metric {
-    /// All of them.
-    pub const ALL: [Metric; 6] =
-        [Metric::PoseAge, Metric::Wake, Metric::Plan, Metric::Step, Metric::CommandAge, Metric::Reaction];
-}
 
 /// What is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -61,16 +35,6 @@ pub enum Counter {
     Periods,
     /// Periods that were over before their work was.
     DeadlineMisses,
-    /// Late periods (see [`crate::blame`]) for want of a processor.
-    LateScheduler,
-    /// Late periods because of the planner.
-    LatePlanner,
-    /// Late periods because the world had too much to do.
-    LateWorld,
-    /// Late periods because of an old input.
-    LateInput,
-    /// Late periods that none of these explains.
-    LateNeither,
     /// Time spent ready to run without a processor, ns, as of the last look at the scheduler's counters.
     WaitedNs,
     /// Time between the first and the last of these looks, ns.
@@ -81,29 +45,8 @@ pub enum Counter {
 
 impl Counter {
     /// All of them.
-    pub const ALL: [Counter; 10] = [
-        Counter::Periods,
-        Counter::DeadlineMisses,
-        Counter::LateScheduler,
-        Counter::LatePlanner,
-        Counter::LateWorld,
-        Counter::LateInput,
-        Counter::LateNeither,
-        Counter::WaitedNs,
-        Counter::WatchedNs,
-        Counter::UsesDropped,
-    ];
-
-    /// The counter of the late periods of this cause.
-    pub fn late(cause: Cause) -> Counter {
-        match cause {
-            Cause::Scheduler => Counter::LateScheduler,
-            Cause::Planner => Counter::LatePlanner,
-            Cause::World => Counter::LateWorld,
-            Cause::Input => Counter::LateInput,
-            Cause::Neither => Counter::LateNeither,
-        }
-    }
+    pub const ALL: [Counter; 5] =
+        [Counter::Periods, Counter::DeadlineMisses, Counter::WaitedNs, Counter::WatchedNs, Counter::UsesDropped];
 }
 
 /// Which strips a file has.
@@ -138,19 +81,22 @@ pub const PAIRS_MAX: usize = 32;
 /// Name of the statistics of the world.
 pub const WORLD: &str = "world";
 const DIRECTORY: &str = "stats";
-const MAGIC: u64 = u64::from_le_bytes(*b"shoalSt2");
+const MAGIC: u64 = u64::from_le_bytes(*b"shoalSt3");
 
 // A file: magic, which metrics it has (a bit each), how many strips, the counters; then per metric its maximum and its
 // buckets; then the strips.
 const PRESENT: usize = 8;
 const STRIPS: usize = 16;
 const COUNTERS: usize = 64;
-const COUNTERS_ROOM: usize = 24;
-const HISTOGRAMS: usize = COUNTERS + COUNTERS_ROOM * 8;
+const COUNTERS_ROOM: usize = 16;
+// Late periods by cause.
+const LATE: usize = COUNTERS + COUNTERS_ROOM * 8;
+const LATE_ROOM: usize = 8;
+const HISTOGRAMS: usize = LATE + LATE_ROOM * 8;
 const HISTOGRAM_SIZE: usize = 64 + FINE.buckets() * 4;
-const _: () = assert!(Counter::ALL.len() <= COUNTERS_ROOM && Metric::ALL.len() <= 32);
+const _: () = assert!(Counter::ALL.len() <= COUNTERS_ROOM && Cause::ALL.len() <= LATE_ROOM && Metric::ALL.len() <= 32);
 
-// A strip: the slot plus one (0: free) and the metric, the maximum, the buckets; whole lines of 64 bytes.
+// A strip: the index of the robot plus one (0: free) and the metric, the maximum, the buckets; whole lines of 64 bytes.
 const STRIP_METRIC: usize = 4;
 const STRIP_MAX: usize = 8;
 const STRIP_BUCKETS: usize = 16;
@@ -177,9 +123,9 @@ struct Index {
     /// Of each metric its place among the metrics that are kept by robot.
     place: [Option<usize>; Metric::ALL.len()],
     metrics: usize,
-    /// By slot and place: the strip, plus one; 0 is none.
+    /// By robot and place: the strip, plus one; 0 is none.
     of: Vec<u16>,
-    /// By strip: the slot and place that it belongs to, and when it was last used, ns.
+    /// By strip: the robot and place that it belongs to, and when it was last used, ns.
     used: Vec<(usize, u64)>,
     room: usize,
 }
@@ -242,8 +188,8 @@ impl StatsWriter {
 
     /// Counts one measurement in the strip of a robot, at time `now_ns`. A metric that the file does not keep by robot
     /// is left out.
-    pub fn record_of(&mut self, slot: u32, metric: Metric, ns: u64, now_ns: u64) {
-        let Some(strip) = self.strip_of(slot, metric, now_ns) else { return };
+    pub fn record_of(&mut self, robot: RobotIndex, metric: Metric, ns: u64, now_ns: u64) {
+        let Some(strip) = self.strip_of(robot, metric, now_ns) else { return };
         let at = self.strips.at + strip * STRIP_SIZE;
         self.count_at(at + STRIP_MAX, at + STRIP_BUCKETS, COARSE, ns, 1);
     }
@@ -259,9 +205,9 @@ impl StatsWriter {
     }
 
     /// The strip of a robot: the one that it has, a free one, or that of the robot unused for the longest time.
-    fn strip_of(&mut self, slot: u32, metric: Metric, now_ns: u64) -> Option<usize> {
+    fn strip_of(&mut self, robot: RobotIndex, metric: Metric, now_ns: u64) -> Option<usize> {
         let index = &mut self.strips;
-        let key = slot as usize * index.metrics + index.place[metric as usize]?;
+        let key = robot.at() * index.metrics + index.place[metric as usize]?;
         let known = *index.of.get(key)?;
         if known > 0 {
             let strip = usize::from(known) - 1;
@@ -282,12 +228,12 @@ impl StatsWriter {
             oldest
         };
         index.of[key] = strip as u16 + 1;
-        self.begin_strip(strip, slot, metric);
+        self.begin_strip(strip, robot, metric);
         Some(strip)
     }
 
     /// Gives a strip to a robot. What it held of another is counted as dropped.
-    fn begin_strip(&mut self, strip: usize, slot: u32, metric: Metric) {
+    fn begin_strip(&mut self, strip: usize, robot: RobotIndex, metric: Metric) {
         let at = self.strips.at + strip * STRIP_SIZE;
         self.map.u32_at(at).store(0, Relaxed);
         let mut dropped = 0;
@@ -296,7 +242,7 @@ impl StatsWriter {
         }
         self.map.u64_at(at + STRIP_MAX).store(0, Relaxed);
         self.map.u32_at(at + STRIP_METRIC).store(metric as u32, Relaxed);
-        self.map.u32_at(at).store(slot + 1, Release);
+        self.map.u32_at(at).store(robot.0 + 1, Release);
         if dropped > 0 {
             self.add(Counter::UsesDropped, dropped);
         }
@@ -304,7 +250,16 @@ impl StatsWriter {
 
     /// Adds to a counter.
     pub fn add(&mut self, counter: Counter, n: u64) {
-        let word = self.map.u64_at(COUNTERS + 8 * counter as usize);
+        self.add_at(COUNTERS + 8 * counter as usize, n);
+    }
+
+    /// Counts late periods (see [`crate::blame`]) with what delayed them.
+    pub fn add_late(&mut self, cause: Cause, n: u64) {
+        self.add_at(LATE + 8 * cause as usize, n);
+    }
+
+    fn add_at(&mut self, at: usize, n: u64) {
+        let word = self.map.u64_at(at);
         word.store(word.load(Relaxed).wrapping_add(n), Relaxed);
     }
 }

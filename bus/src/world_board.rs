@@ -4,6 +4,7 @@ use crate::board::{self, Board, Entry, EntryMut, Key, Watched};
 use crate::node::Node;
 use crate::{Result, Sizes};
 use iceoryx2::prelude::ZeroCopySend;
+use model::RobotIndex;
 use protocol::world_to_robot::{MAX_SENSED, NeighborList, NeighborRef, Odometry, Piece, SensedList};
 use std::cell::Cell;
 
@@ -36,11 +37,11 @@ fn key(kind: Kind, index: u32) -> Key {
 /// Makes the board, all of its entries empty. Its memory is written, hence reserved, here.
 pub(crate) fn create(node: &Node, sizes: Sizes) -> Result<Board> {
     let mut creator = board::creator(node, NAME, sizes.participants_max());
-    for slot in 0..sizes.max_robots {
+    for robot in 0..sizes.max_robots {
         creator = creator
-            .add(key(Kind::Odometry, slot), Told::default())
-            .add(key(Kind::Neighbors, slot), NeighborList::EMPTY)
-            .add(key(Kind::Sensed, slot), SensedList::EMPTY);
+            .add(key(Kind::Odometry, robot), Told::default())
+            .add(key(Kind::Neighbors, robot), NeighborList::EMPTY)
+            .add(key(Kind::Sensed, robot), SensedList::EMPTY);
     }
     for piece in 0..sizes.pieces() {
         creator = creator.add(key(Kind::Piece, piece), Piece::default());
@@ -81,30 +82,30 @@ impl WorldWriter {
         })
     }
 
-    /// Where the robot in this slot is. What was written of its lists before is found from here on.
-    pub fn odometry(&mut self, slot: u32, odometry: Odometry) {
-        let [neighbors_written, sensed_written] = self.written[slot as usize];
-        self.odometry[slot as usize].update_with_copy(Told { odometry, neighbors_written, sensed_written });
+    /// Where the robot is. What was written of its lists before is found from here on.
+    pub fn odometry(&mut self, index: RobotIndex, odometry: Odometry) {
+        let [neighbors_written, sensed_written] = self.written[index.at()];
+        self.odometry[index.at()].update_with_copy(Told { odometry, neighbors_written, sensed_written });
     }
 
-    /// Whom the robot in this slot hears, sorted by slot. To be written when it changes, before its odometry.
-    pub fn neighbors(&mut self, slot: u32, neighbors: &[NeighborRef]) {
+    /// Whom the robot hears, in the order of robots. To be written when it changes, before its odometry.
+    pub fn neighbors(&mut self, index: RobotIndex, neighbors: &[NeighborRef]) {
         let mut list = NeighborList::EMPTY;
         list.entries[..neighbors.len()].copy_from_slice(neighbors);
         list.len = neighbors.len() as u32;
-        self.neighbors[slot as usize].update_with_copy(list);
-        let [neighbors_written, _] = &mut self.written[slot as usize];
+        self.neighbors[index.at()].update_with_copy(list);
+        let [neighbors_written, _] = &mut self.written[index.at()];
         *neighbors_written = neighbors_written.wrapping_add(1);
     }
 
-    /// Which pieces the robot in this slot sees, sorted. To be written when it changes, before its odometry.
-    pub fn sensed(&mut self, slot: u32, pieces: &[u16]) {
+    /// Which pieces the robot sees, sorted. To be written when it changes, before its odometry.
+    pub fn sensed(&mut self, index: RobotIndex, pieces: &[u16]) {
         debug_assert!(pieces.len() <= MAX_SENSED);
         let mut list = SensedList::EMPTY;
         list.pieces[..pieces.len()].copy_from_slice(pieces);
         list.len = pieces.len() as u32;
-        self.sensed[slot as usize].update_with_copy(list);
-        let [_, sensed_written] = &mut self.written[slot as usize];
+        self.sensed[index.at()].update_with_copy(list);
+        let [_, sensed_written] = &mut self.written[index.at()];
         *sensed_written = sensed_written.wrapping_add(1);
     }
 
@@ -128,16 +129,16 @@ pub struct WorldReader {
 }
 
 impl WorldReader {
-    /// Opens the entries of this slot.
+    /// Opens the entries of this robot.
     ///
     /// # Errors
-    /// When the board is not there, has no such slot, or has no place left for a reader.
-    pub fn open(node: &Node, slot: u32) -> Result<WorldReader> {
+    /// When the board is not there, has no such robot, or has no place left for a reader.
+    pub fn open(node: &Node, index: RobotIndex) -> Result<WorldReader> {
         let reader = board::reader(&board::open(node, NAME)?, NAME)?;
         Ok(WorldReader {
-            odometry: board::entry(&reader, NAME, key(Kind::Odometry, slot))?,
-            neighbors: Watched::new(board::entry(&reader, NAME, key(Kind::Neighbors, slot))?),
-            sensed: Watched::new(board::entry(&reader, NAME, key(Kind::Sensed, slot))?),
+            odometry: board::entry(&reader, NAME, key(Kind::Odometry, index.0))?,
+            neighbors: Watched::new(board::entry(&reader, NAME, key(Kind::Neighbors, index.0))?),
+            sensed: Watched::new(board::entry(&reader, NAME, key(Kind::Sensed, index.0))?),
             pieces: Vec::new(),
             written: Cell::default(),
             handed_out: [None; 2],
@@ -198,19 +199,19 @@ pub struct WorldObserver {
 }
 
 impl WorldObserver {
-    /// Opens the odometry of every slot.
+    /// Opens the odometry of every robot.
     ///
     /// # Errors
     /// When the board is not there, or has no place left for a reader.
     pub fn open(node: &Node) -> Result<WorldObserver> {
         let sizes = Sizes::of(node.address())?;
         let reader = board::reader(&board::open(node, NAME)?, NAME)?;
-        let odometry = (0..sizes.max_robots).map(|slot| board::entry(&reader, NAME, key(Kind::Odometry, slot)));
+        let odometry = (0..sizes.max_robots).map(|robot| board::entry(&reader, NAME, key(Kind::Odometry, robot)));
         Ok(WorldObserver { odometry: odometry.collect::<Result<_>>()? })
     }
 
-    /// Where the robot in this slot is.
-    pub fn odometry(&self, slot: usize) -> Odometry {
-        self.odometry[slot].get().odometry
+    /// Where the robot is.
+    pub fn odometry(&self, index: RobotIndex) -> Odometry {
+        self.odometry[index.at()].get().odometry
     }
 }

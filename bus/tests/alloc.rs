@@ -3,12 +3,15 @@
 #[path = "../../tests/counting.rs"]
 mod counting;
 
-mod common;
+#[path = "it/home.rs"]
+#[expect(dead_code, reason = "no other process joins")]
+mod home;
 
-use common::Home;
 use counting::calls;
+use home::Home;
+use model::{Metric, RobotIndex};
 use shoal_bus::blame::{Period, Watch};
-use shoal_bus::{Counter, Metric, StatsWriter, Strips, stats};
+use shoal_bus::{Counter, StatsWriter, Strips, stats};
 
 #[test]
 fn counting_asks_for_no_memory() {
@@ -29,7 +32,7 @@ fn counting_asks_for_no_memory() {
             Period { period_ns: PERIOD_NS, due_ns, woken_ns, done_ns, work_ns: 2000 + stall_ns, ..Period::default() };
         for slot in (0..20).map(|k| (n as u32 + k) % ROBOTS) {
             writer.record(Metric::PoseAge, 10_000_000);
-            writer.record_of(slot, Metric::PoseAge, 10_000_000, woken_ns);
+            writer.record_of(RobotIndex(slot), Metric::PoseAge, 10_000_000, woken_ns);
         }
         watch.judge(&mut writer, period);
         due_ns += PERIOD_NS * period.missed().max(1);
@@ -41,7 +44,7 @@ fn counting_asks_for_no_memory() {
     // Each stall was over in the sixth period from its start: five were missed, four of which never began.
     assert_eq!((found.counter(Counter::Periods), found.counter(Counter::DeadlineMisses)), (periods, 20 * 5));
     assert_eq!(found.percentiles(Metric::Wake).unwrap().n, periods);
-    assert!(found.late().iter().sum::<u64>() >= 100 + 20 * 4, "{:?}", found.late());
+    assert!(found.late().iter().map(|(_, n)| n).sum::<u64>() >= 100 + 20 * 4, "{:?}", found.late());
     let pairs: u64 = found.by_robot(Metric::PoseAge).iter().map(|(_, age)| age.n).sum();
     assert_eq!(pairs + found.counter(Counter::UsesDropped), 20 * 1000);
 }

@@ -1,6 +1,6 @@
 //! Standard output and standard error. Whoever reads our output may stop reading: that is no error of ours.
 
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::talk;
 use daemon::signals;
 use rustix::event::{PollFd, PollFlags, poll};
@@ -10,7 +10,7 @@ use std::io::{self, ErrorKind, IsTerminal};
 
 /// Writes data to standard output. A reader that has gone away (`| head -1`) is not an error.
 pub fn data(text: &str) -> Result<(), Failure> {
-    match signals::ending_at_once(|| write_all(text.as_bytes())) {
+    match signals::ending_at_once(exit::INTERRUPTED, || write_all(text.as_bytes())) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             Err(Failure::environment(format!("standard output: cannot write: {error}"))
                 .hint("is the disk full? give the output another place"))

@@ -2,6 +2,7 @@
 
 use crate::repeats::Repeats;
 use crate::{out, talk};
+use daemon::coordinator::News;
 use std::time::{Duration, Instant};
 
 /// On a terminal the line changes at most this often.
@@ -94,7 +95,7 @@ impl Progress {
     }
 
     /// Says that an event of this kind happened; those that repeat are summed up.
-    pub fn news(&mut self, kind: &str, text: &str) {
+    pub fn news(&mut self, kind: News, text: &str) {
         if self.repeats.tell(kind, now().duration_since(self.began)) {
             self.event(text);
         }

@@ -2,6 +2,7 @@
 //! go on hundreds of times a minute, and a reader learns nothing from the second dozen. The report has all of
 //! them. Pure.
 
+use daemon::coordinator::News;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -13,7 +14,7 @@ const EVERY: Duration = Duration::from_secs(5);
 /// What has been told, and what has not.
 #[derive(Debug, Default)]
 pub struct Repeats {
-    kinds: BTreeMap<String, Kind>,
+    kinds: BTreeMap<News, Kind>,
     summed_at: Duration,
 }
 
@@ -26,11 +27,8 @@ struct Kind {
 
 impl Repeats {
     /// Whether to tell an event of this kind now; if not, it is counted.
-    pub fn tell(&mut self, kind: &str, now: Duration) -> bool {
-        if !self.kinds.contains_key(kind) {
-            self.kinds.insert(kind.to_owned(), Kind { left: AT_ONCE, since: now, untold: 0 });
-        }
-        let Some(kind) = self.kinds.get_mut(kind) else { return true };
+    pub fn tell(&mut self, kind: News, now: Duration) -> bool {
+        let kind = self.kinds.entry(kind).or_insert(Kind { left: AT_ONCE, since: now, untold: 0 });
         let gained = u32::try_from(now.saturating_sub(kind.since).as_nanos() / EVERY.as_nanos()).unwrap_or(u32::MAX);
         if gained > 0 {
             kind.left = kind.left.saturating_add(gained).min(AT_ONCE);
@@ -66,13 +64,14 @@ impl Repeats {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model::EventName;
 
     /// Lines that are told of `seconds` in which each kind happens this often a second.
-    fn lines(seconds: u64, per_second: u64, kinds: &[&str]) -> (u64, Vec<String>) {
+    fn lines(seconds: u64, per_second: u64, kinds: &[News]) -> (u64, Vec<String>) {
         let (mut repeats, mut told, mut sums) = (Repeats::default(), 0, Vec::new());
         for step in 0..seconds * per_second {
             let now = Duration::from_secs(100) + Duration::from_nanos(step * 1_000_000_000 / per_second);
-            told += kinds.iter().filter(|kind| repeats.tell(kind, now)).count() as u64;
+            told += kinds.iter().filter(|kind| repeats.tell(**kind, now)).count() as u64;
             sums.extend(repeats.sum(now));
         }
         sums.extend(repeats.rest());
@@ -84,11 +83,11 @@ mod tests {
         assert_eq!(lines(600, 1, &[]), (0, Vec::new()));
         let (mut repeats, mut at) = (Repeats::default(), Duration::ZERO);
         for _ in 0..1000 {
-            assert!(repeats.tell("died", at));
+            assert!(repeats.tell(News::Event(EventName::Died), at));
             assert_eq!(repeats.sum(at), None);
             at += EVERY;
         }
-        let (told, sums) = lines(30, 100, &["held", "resumed"]);
+        let (told, sums) = lines(30, 100, &[EventName::Held, EventName::Resumed].map(News::Event));
         assert!(told <= 2 * (10 + 6) && sums.len() <= 7, "{told} {sums:?}");
         let counted: u64 =
             (sums.iter().flat_map(|sum| sum.split([' ', ',']))).filter_map(|word| word.parse::<u64>().ok()).sum();

@@ -1,17 +1,17 @@
 //! `shoal run`: a scenario from its text to its report.
 
 use crate::args::{FilterArg, Format, RunArgs};
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::file::{Files, STANDARD};
 use crate::out;
 use crate::progress::{Progress, ProgressState};
 use crate::record::RecordPlace;
 use crate::{sink, source};
 use bus::clock;
-use daemon::coordinator;
+use daemon::coordinator::{self, News};
 use daemon::signals::Interrupted;
 use daemon::supervisor::{self, Finished, Watch};
-use model::{Mode, Outcome, Scenario};
+use model::{Mode, Outcome, RobotIndex, Scenario};
 use protocol::world_to_daemon::Notice;
 use report::{ProcessFacts, RobotFacts, RunFacts, measured};
 use scenarios::Overrides;
@@ -86,7 +86,7 @@ type Ran = (RunFacts, Vec<Failure>);
 
 /// `single`: no process, no shared memory.
 fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran, Failure> {
-    let interrupted = Interrupted::watch()?;
+    let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
     let mut recorder = record.map(|place| place.begin(&scenario)).transpose()?;
     let mut progress = Progress::new(scenario.robots.len(), scenario.clock.ticks_max, scenario.clock.tick_hz);
     let started_ns = clock::now_ns();
@@ -99,9 +99,9 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran
     let outcome = single::run_shown(&scenario, show, &mut |world, notices| {
         for notice in notices {
             if let Notice::Log(event) = notice
-                && coordinator::is_news(event)
+                && event.kind.name().is_notable(event.tick)
             {
-                progress.news(&event.kind, &coordinator::describe(&scenario, event));
+                progress.news(News::Event(event.kind.name()), &coordinator::describe(&scenario, event));
             }
         }
         if world.tick().is_multiple_of(TICKS_PER_LOOK) {
@@ -173,7 +173,7 @@ impl Watch for Terminal {
         self.0.event(line);
     }
 
-    fn news(&mut self, kind: &str, line: &str) {
+    fn news(&mut self, kind: News, line: &str) {
         self.0.news(kind, line);
     }
 }
@@ -181,22 +181,22 @@ impl Watch for Terminal {
 /// Everything but where the record is.
 pub(crate) fn facts_of(finished: Finished) -> RunFacts {
     let realtime = finished.scenario.clock.mode == Mode::Realtime;
-    let name = |slot: u32| finished.scenario.robots.get(slot as usize).map(|robot| robot.id.clone());
+    let name = |robot: RobotIndex| finished.scenario.robots.get(robot.at()).map(|robot| robot.id.clone());
     let latency = measured::latency(&finished.stats, &name, realtime);
     let scenario = finished.scenario;
-    let fleet = (finished.processes.into_iter()).map(|(seat, pid, measured)| ProcessFacts {
-        name: match seat {
-            Some(seat) => scenario.robots[seat.slot as usize].id.clone(),
+    let fleet = (finished.processes.into_iter()).map(|(instance, pid, measured)| ProcessFacts {
+        name: match instance {
+            Some(instance) => scenario.robots[instance.index.at()].id.clone(),
             None => ProcessFacts::WORLD.to_owned(),
         },
-        seat,
+        instance,
         pid,
         cpu_s: measured.cpu_s,
         pss_kib: measured.pss_kib,
         run_queue_wait_s: Some(measured.run_queue_wait_s),
     });
     let processes = fleet.chain([this_process()]).collect();
-    let stragglers = finished.outcome.events.iter().filter(|event| event.kind == "held" || event.kind == "dropped");
+    let stragglers = finished.outcome.events.iter().filter(|event| event.kind.name().is_straggling());
     let stragglers = stragglers.count() as u64;
     RunFacts {
         robots: scenario.robots.iter().map(RobotFacts::of).collect(),
@@ -218,5 +218,12 @@ pub(crate) fn facts_of(finished: Finished) -> RunFacts {
 fn this_process() -> ProcessFacts {
     let pid = std::process::id();
     let used_s = clock::schedstat_of(pid).map_or(0.0, |stat| stat.ran_ns as f64 * 1e-9);
-    ProcessFacts { name: "daemon".to_owned(), seat: None, pid, cpu_s: used_s, pss_kib: None, run_queue_wait_s: None }
+    ProcessFacts {
+        name: "daemon".to_owned(),
+        instance: None,
+        pid,
+        cpu_s: used_s,
+        pss_kib: None,
+        run_queue_wait_s: None,
+    }
 }

@@ -6,7 +6,7 @@
 
 mod operators;
 
-use model::{Event, Scenario, Seat, StragglerPolicy, TimelineAction};
+use model::{Event, EventName, RobotIndex, RobotInstance, Scenario, StragglerPolicy, TaskId, TimelineAction};
 use operators::Waiting;
 pub use operators::{Answer, CONFIRM_WITHIN, WAITING_MAX};
 use protocol::daemon_to_world::{Absence, Order, Ticket};
@@ -46,10 +46,10 @@ impl Ending {
 /// Something that the shell is to do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// Start the agent of this seat.
-    Spawn(Seat),
-    /// Send the process of this seat a signal.
-    Signal(Seat, Signal),
+    /// Start the agent of this instance.
+    Spawn(RobotInstance),
+    /// Send the process of this instance a signal.
+    Signal(RobotInstance, Signal),
     /// Tell the world.
     Order(Order),
     /// Answer the operator whose request got this ticket.
@@ -58,13 +58,34 @@ pub enum Action {
     Say(String),
     /// Tell the watcher of an event of this kind, of which there may be many.
     News {
-        /// The kind of the event.
-        kind: String,
+        /// Its kind.
+        kind: News,
         /// The event, in words.
         line: String,
     },
     /// End every process of the fleet at once.
     KillFleet,
+}
+
+/// What kind of news there is: those that repeat are summed up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum News {
+    /// An entry of the log.
+    Event(EventName),
+    /// The world's process was stopped.
+    WorldStopped,
+    /// The world's process goes on.
+    WorldGoesOn,
+}
+
+impl std::fmt::Display for News {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            News::Event(name) => name.fmt(f),
+            News::WorldStopped => f.write_str("world-stopped"),
+            News::WorldGoesOn => f.write_str("world-goes-on"),
+        }
+    }
 }
 
 /// The signals that the coordinator uses.
@@ -119,13 +140,13 @@ impl State {
 #[derive(Clone, Debug)]
 pub struct Member {
     /// The life that runs, ran last, or is awaited.
-    pub seat: Seat,
+    pub instance: RobotInstance,
     /// Its process, until it is reaped.
     pub pid: Option<u32>,
     /// Where it is.
     pub state: State,
     /// The life to start as soon as the present process is reaped.
-    next: Option<Seat>,
+    next: Option<RobotInstance>,
     /// The kernel says that its process is stopped, for any reason.
     halted: bool,
     /// When the present process was started.
@@ -142,7 +163,7 @@ pub struct Coordinator {
     actions: Vec<Action>,
     stopping: bool,
     interrupts: u32,
-    tasks: u32,
+    tasks: TaskId,
     /// What operators asked for and the world has not answered, in the order in which it was asked for.
     waiting: Vec<Waiting>,
     /// When time was looked at last.
@@ -163,14 +184,14 @@ pub struct Missed {
 impl Coordinator {
     /// A fleet of which nothing runs yet.
     pub fn new(scenario: Scenario) -> Coordinator {
-        let members = (0..scenario.robots.len()).map(|slot| Member::new(slot as u32)).collect();
+        let members = (0..scenario.robots.len()).map(|slot| Member::new(RobotIndex::of(slot))).collect();
         Coordinator {
             scenario,
             members,
             actions: Vec::new(),
             stopping: false,
             interrupts: 0,
-            tasks: 0,
+            tasks: TaskId(0),
             waiting: Vec::new(),
             looked_at: None,
             missed: Missed::default(),
@@ -183,7 +204,7 @@ impl Coordinator {
             .filter_map(|event| if let TimelineAction::Join { robot } = event.what { Some(robot) } else { None })
             .collect();
         for slot in (0..self.members.len()).filter(|slot| !joins.contains(slot)) {
-            self.start(Seat { slot: slot as u32, incarnation: 0 });
+            self.start(RobotInstance { index: RobotIndex::of(slot), incarnation: 0 });
         }
     }
 
@@ -193,8 +214,8 @@ impl Coordinator {
     }
 
     /// An event around the run for the watcher, of a kind of which there may be many.
-    pub fn news(&mut self, kind: &str, line: &str) {
-        self.actions.push(Action::News { kind: kind.to_owned(), line: line.to_owned() });
+    pub fn news(&mut self, kind: News, line: &str) {
+        self.actions.push(Action::News { kind, line: line.to_owned() });
     }
 
     /// What is to be done, in order.
@@ -218,24 +239,24 @@ impl Coordinator {
     }
 
     /// The name of the robot in a slot.
-    pub fn name(&self, slot: u32) -> &str {
-        self.scenario.robots.get(slot as usize).map_or("?", |robot| robot.id.as_str())
+    pub fn name(&self, index: RobotIndex) -> &str {
+        self.scenario.robots.get(index.at()).map_or("?", |robot| robot.id.as_str())
     }
 
     /// The world has something to say.
     pub fn notice(&mut self, notice: Notice) {
         match notice {
-            Notice::Expect { seat, .. } => self.expect(seat),
-            Notice::Entered { seat, .. } => self.entered(seat),
-            Notice::Kill { seat } => self.kill(seat),
-            Notice::Pause { seat } => self.signal(seat, Signal::Stop, Some(State::Paused)),
-            Notice::Resume { seat } => self.signal(seat, Signal::Continue, Some(State::Running)),
-            Notice::Left { seat } => self.left(seat),
+            Notice::Expect { instance, .. } => self.expect(instance),
+            Notice::Entered { instance, .. } => self.entered(instance),
+            Notice::Kill { instance } => self.kill(instance),
+            Notice::Pause { instance } => self.signal(instance, Signal::Stop, Some(State::Paused)),
+            Notice::Resume { instance } => self.signal(instance, Signal::Continue, Some(State::Running)),
+            Notice::Left { instance } => self.left(instance),
             Notice::Answer { ticket, refused } => self.answered(ticket, refused),
             Notice::Log(event) => {
-                if is_news(&event) {
+                if event.kind.name().is_notable(event.tick) {
                     let line = describe(&self.scenario, &event);
-                    self.actions.push(Action::News { kind: event.kind, line });
+                    self.actions.push(Action::News { kind: News::Event(event.kind.name()), line });
                 }
             }
         }
@@ -255,8 +276,8 @@ impl Coordinator {
     }
 
     /// The shell started a process.
-    pub fn spawned(&mut self, seat: Seat, pid: u32, now: Duration) {
-        self.with_current(seat, |member| {
+    pub fn spawned(&mut self, instance: RobotInstance, pid: u32, now: Duration) {
+        self.with_current(instance, |member| {
             member.pid = Some(pid);
             member.halted = false;
             member.started_at = now;
@@ -265,19 +286,26 @@ impl Coordinator {
     }
 
     /// The shell could not start a process. The world's log says so, and a restart is the world's business.
-    pub fn not_spawned(&mut self, seat: Seat, problem: String) {
-        self.with_current(seat, |member| member.state = State::Dead);
-        self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::NotStarted { why: problem } }));
+    pub fn not_spawned(&mut self, instance: RobotInstance, problem: String) {
+        self.with_current(instance, |member| member.state = State::Dead);
+        self.actions.push(Action::Order(Order::Absent { instance, cause: Absence::NotStarted { why: problem } }));
     }
 
-    /// A process ended and has been reaped. `words` is what it printed last; `deaf_to`: the slot
-    /// of the robot that it could not hear, if that was its reason.
-    pub fn exited(&mut self, seat: Seat, ending: Ending, words: Option<String>, deaf_to: Option<u32>) {
-        let deaf = deaf_to.map(|slot| {
+    /// A process ended and has been reaped. `words` is what it printed last; `deaf_to`: the
+    /// robot that it could not hear, if that was its reason.
+    pub fn exited(
+        &mut self,
+        instance: RobotInstance,
+        ending: Ending,
+        words: Option<String>,
+        deaf_to: Option<RobotIndex>,
+    ) {
+        let deaf = deaf_to.map(|to| {
             let words = words.as_deref().unwrap_or("it did not say why");
-            Absence::Deaf { why: format!("cannot hear {}: {words}", self.name(slot)) }
+            Absence::Deaf { why: format!("cannot hear {}: {words}", self.name(to)) }
         });
-        let Some(member) = self.members.get_mut(seat.slot as usize).filter(|member| member.seat == seat) else {
+        let Some(member) = self.members.get_mut(instance.index.at()).filter(|member| member.instance == instance)
+        else {
             return;
         };
         let was = member.state;
@@ -303,7 +331,7 @@ impl Coordinator {
                     words: words.unwrap_or_default(),
                 }),
             };
-            self.actions.push(Action::Order(Order::Absent { seat, cause }));
+            self.actions.push(Action::Order(Order::Absent { instance, cause }));
         }
         if let Some(next) = next {
             self.start(next);
@@ -311,20 +339,20 @@ impl Coordinator {
     }
 
     /// A process was stopped by a signal. One that is starting is given up at the start limit if it is not ready by then.
-    pub fn stopped(&mut self, seat: Seat) {
+    pub fn stopped(&mut self, instance: RobotInstance) {
         let mut unasked = false;
-        self.with_current(seat, |member| {
+        self.with_current(instance, |member| {
             member.halted = true;
             unasked = member.state == State::Running;
         });
         if unasked {
-            self.stands_still(seat);
+            self.stands_still(instance);
         }
     }
 
     /// A stopped process goes on. The world notices by itself when the robot answers again.
-    pub fn continued(&mut self, seat: Seat) {
-        self.with_current(seat, |member| {
+    pub fn continued(&mut self, instance: RobotInstance) {
+        self.with_current(instance, |member| {
             member.halted = false;
             if member.state == State::Stopped {
                 member.state = State::Running;
@@ -333,16 +361,16 @@ impl Coordinator {
     }
 
     /// A robot in the world stands still, and the world did not ask for it.
-    fn stands_still(&mut self, seat: Seat) {
-        self.with_current(seat, |member| member.state = State::Stopped);
+    fn stands_still(&mut self, instance: RobotInstance) {
+        self.with_current(instance, |member| member.state = State::Stopped);
         if self.scenario.fleet.straggler != StragglerPolicy::Wait && !self.stopping {
-            self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::Stopped }));
+            self.actions.push(Action::Order(Order::Absent { instance, cause: Absence::Stopped }));
         }
     }
 
     /// Time has passed: whoever is not ready within the start limit is given up, and operators do not wait for ever.
     /// `waited` says how long a process has waited for a processor since it began: that is not its own time.
-    pub fn time(&mut self, now: Duration, ready: &dyn Fn(Seat) -> bool, waited: &dyn Fn(u32) -> Duration) {
+    pub fn time(&mut self, now: Duration, ready: &dyn Fn(RobotInstance) -> bool, waited: &dyn Fn(u32) -> Duration) {
         // A daemon that has been away itself, as with the whole machine, learns nothing about others from that.
         let away = self.looked_at.map_or(Duration::ZERO, |before| now.saturating_sub(before + LOOKED_WITHIN));
         self.looked_at = Some(now);
@@ -353,21 +381,21 @@ impl Coordinator {
         self.waiting.iter_mut().filter_map(|waiting| waiting.since.as_mut()).for_each(|since| *since += away);
         self.answer_late(now);
         let limit = Duration::from_secs_f64(self.scenario.fleet.start_limit_s);
-        let late: Vec<Seat> = self
+        let late: Vec<RobotInstance> = self
             .members
             .iter()
             .filter(|member| member.state == State::Starting && member.pid.is_some())
-            .filter(|member| now.saturating_sub(member.started_at) > limit && !ready(member.seat))
+            .filter(|member| now.saturating_sub(member.started_at) > limit && !ready(member.instance))
             .filter(|member| {
                 let took = now.saturating_sub(member.started_at);
                 took > limit * START_LIMITS_MAX || took.saturating_sub(member.pid.map_or(took, waited)) > limit
             })
-            .map(|member| member.seat)
+            .map(|member| member.instance)
             .collect();
-        for seat in late {
+        for instance in late {
             let why = format!("not ready within {} s", self.scenario.fleet.start_limit_s);
-            self.actions.push(Action::Order(Order::Absent { seat, cause: Absence::NotStarted { why } }));
-            self.signal(seat, Signal::Kill, Some(State::Dead));
+            self.actions.push(Action::Order(Order::Absent { instance, cause: Absence::NotStarted { why } }));
+            self.signal(instance, Signal::Kill, Some(State::Dead));
         }
         self.await_ends(now, limit);
     }
@@ -382,10 +410,10 @@ impl Coordinator {
             }
             member.ending_since = None;
             self.actions.push(match member.next.take() {
-                None => Action::Signal(member.seat, Signal::Kill),
-                Some(seat) => {
+                None => Action::Signal(member.instance, Signal::Kill),
+                Some(instance) => {
                     let why = "the process of its life before was killed but does not exit".to_owned();
-                    Action::Order(Order::Absent { seat, cause: Absence::NotStarted { why } })
+                    Action::Order(Order::Absent { instance, cause: Absence::NotStarted { why } })
                 }
             });
         }
@@ -412,95 +440,95 @@ impl Coordinator {
         self.stopping = true;
     }
 
-    /// Starts the seat's process, after the process of the life before it is gone.
-    fn expect(&mut self, seat: Seat) {
+    /// Starts the instance's process, after the process of the life before it is gone.
+    fn expect(&mut self, instance: RobotInstance) {
         if self.stopping {
             return;
         }
-        match self.members.get_mut(seat.slot as usize) {
+        match self.members.get_mut(instance.index.at()) {
             // Begun already, and perhaps over already: a life is started once.
-            Some(member) if member.seat == seat && member.state != State::Awaited => {}
+            Some(member) if member.instance == instance && member.state != State::Awaited => {}
             Some(member) if member.pid.is_some() => {
-                member.next = Some(seat);
-                let old = member.seat;
+                member.next = Some(instance);
+                let old = member.instance;
                 self.signal(old, Signal::Kill, None);
             }
-            Some(_) => self.start(seat),
+            Some(_) => self.start(instance),
             None => {}
         }
     }
 
-    fn start(&mut self, seat: Seat) {
+    fn start(&mut self, instance: RobotInstance) {
         if self.stopping {
             return;
         }
-        if let Some(member) = self.members.get_mut(seat.slot as usize) {
-            member.seat = seat;
+        if let Some(member) = self.members.get_mut(instance.index.at()) {
+            member.instance = instance;
             member.state = State::Starting;
-            self.actions.push(Action::Spawn(seat));
+            self.actions.push(Action::Spawn(instance));
         }
     }
 
     /// The robot is in the world. Its process may have ended since.
-    fn entered(&mut self, seat: Seat) {
+    fn entered(&mut self, instance: RobotInstance) {
         let mut halted = false;
-        self.with_current(seat, |member| {
+        self.with_current(instance, |member| {
             if member.state == State::Starting {
                 member.state = State::Running;
                 halted = member.halted;
             }
         });
         if halted {
-            self.stands_still(seat);
+            self.stands_still(instance);
         }
     }
 
     /// The robot has left. A life of it that has not been started yet is not wanted any more.
-    fn left(&mut self, seat: Seat) {
-        let Some(member) = self.members.get_mut(seat.slot as usize) else { return };
-        if member.seat.incarnation <= seat.incarnation {
+    fn left(&mut self, instance: RobotInstance) {
+        let Some(member) = self.members.get_mut(instance.index.at()) else { return };
+        if member.instance.incarnation <= instance.incarnation {
             member.state = State::Left;
             member.next = None;
-            let last = member.seat;
+            let last = member.instance;
             self.withdraw(last);
         }
     }
 
     /// The world has given up this life, which may still wait for the one before it to be gone.
-    fn kill(&mut self, seat: Seat) {
-        if let Some(member) = self.members.get_mut(seat.slot as usize) {
-            member.next.take_if(|next| *next == seat);
+    fn kill(&mut self, instance: RobotInstance) {
+        if let Some(member) = self.members.get_mut(instance.index.at()) {
+            member.next.take_if(|next| *next == instance);
         }
-        if self.withdraw(seat) {
-            self.with_current(seat, |member| member.state = State::Dead);
+        if self.withdraw(instance) {
+            self.with_current(instance, |member| member.state = State::Dead);
         }
-        self.signal(seat, Signal::Kill, None);
+        self.signal(instance, Signal::Kill, None);
     }
 
     /// The process of this life is not to be started after all; whether it was about to be.
-    fn withdraw(&mut self, seat: Seat) -> bool {
+    fn withdraw(&mut self, instance: RobotInstance) -> bool {
         let before = self.actions.len();
-        self.actions.retain(|action| *action != Action::Spawn(seat));
+        self.actions.retain(|action| *action != Action::Spawn(instance));
         self.actions.len() < before
     }
 
     /// Signals a process, unless it has ended; `state` is where it is then.
-    fn signal(&mut self, seat: Seat, signal: Signal, state: Option<State>) {
+    fn signal(&mut self, instance: RobotInstance, signal: Signal, state: Option<State>) {
         let mut lives = false;
-        self.with_current(seat, |member| {
+        self.with_current(instance, |member| {
             lives = member.pid.is_some();
             if let Some(state) = state.filter(|_| lives && member.state != State::Left) {
                 member.state = state;
             }
         });
         if lives {
-            self.actions.push(Action::Signal(seat, signal));
+            self.actions.push(Action::Signal(instance, signal));
         }
     }
 
     /// Does something to the member whose present life this is; older lives are nobody's business any more.
-    fn with_current(&mut self, seat: Seat, change: impl FnOnce(&mut Member)) {
-        if let Some(member) = self.members.get_mut(seat.slot as usize).filter(|member| member.seat == seat) {
+    fn with_current(&mut self, instance: RobotInstance, change: impl FnOnce(&mut Member)) {
+        if let Some(member) = self.members.get_mut(instance.index.at()).filter(|member| member.instance == instance) {
             change(member);
         }
     }
@@ -512,10 +540,10 @@ impl Member {
         matches!(self.state, State::Running | State::Paused | State::Stopped | State::Dead)
     }
 
-    fn new(slot: u32) -> Member {
-        let seat = Seat { slot, incarnation: 0 };
+    fn new(index: RobotIndex) -> Member {
+        let instance = RobotInstance { index, incarnation: 0 };
         Member {
-            seat,
+            instance,
             pid: None,
             state: State::Awaited,
             next: None,
@@ -526,19 +554,16 @@ impl Member {
     }
 }
 
-/// Whether an entry of the log is worth a line while the run goes on: the first robots' joining is not, and who has
-/// arrived is counted in the live line.
-pub fn is_news(event: &Event) -> bool {
-    event.kind != "arrived" && (event.kind != "joined" || event.tick > 0)
-}
-
 /// An entry of the log, in one line for people.
 pub fn describe(scenario: &Scenario, event: &Event) -> String {
+    let name = |robot: RobotIndex| scenario.robots.get(robot.at()).map_or_else(String::new, |robot| robot.id.clone());
     let time_s = event.tick as f64 * scenario.clock.dt_s();
-    let robot = event.slot.and_then(|slot| scenario.robots.get(slot as usize));
-    let who = robot.map_or(String::new(), |robot| format!("{} ", robot.id));
-    let detail = if event.detail.is_empty() { String::new() } else { format!(": {}", event.detail) };
-    format!("{time_s:8.2} s  {who}{}{detail}", event.kind)
+    let who = event.robot.map_or_else(String::new, |robot| format!("{} ", name(robot)));
+    let detail = match event.kind.detail(&name) {
+        detail if detail.is_empty() => detail,
+        detail => format!(": {detail}"),
+    };
+    format!("{time_s:8.2} s  {who}{}{detail}", event.kind.name())
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use crate::executables::{Executables, cannot_start};
 use crate::logs::Logs;
 use crate::scheduling::schedule;
 use bus::{Address, Gate};
-use model::{Processes, Seat};
+use model::{Processes, RobotInstance};
 use report::ProcessFacts;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process, kill_process_group, waitid};
 use std::collections::BTreeMap;
@@ -97,20 +97,24 @@ impl Children {
         Ok(pid)
     }
 
-    /// Starts the agent of a seat: shoal's own, or the executable that the robot names.
+    /// Starts the agent of a robot instance: shoal's own, or the executable that the robot names.
     ///
     /// # Errors
     /// When it cannot be started, in words.
-    pub fn spawn_agent(&mut self, seat: Seat, id: &str, program: Option<&str>) -> Result<u32, String> {
+    pub fn spawn_agent(&mut self, instance: RobotInstance, id: &str, program: Option<&str>) -> Result<u32, String> {
         let program = program.map(|name| self.executables.path(name));
         #[expect(clippy::disallowed_methods, reason = "the supervisor starts the agents")]
         let mut command = program.as_ref().map_or_else(|| shoal("agent"), Command::new);
         command.arg("--root").arg(&self.root);
-        command.arg("--slot").arg(seat.slot.to_string()).arg("--incarnation").arg(seat.incarnation.to_string());
-        if seat.incarnation > 0 {
+        command
+            .arg("--slot")
+            .arg(instance.index.to_string())
+            .arg("--incarnation")
+            .arg(instance.incarnation.to_string());
+        if instance.incarnation > 0 {
             close_on_exec();
         }
-        let started = self.spawn(command, id.to_owned(), Who::Agent(seat));
+        let started = self.spawn(command, id.to_owned(), Who::Agent(instance));
         started.map_err(|error| cannot_start(program.as_deref().unwrap_or(Path::new("shoal agent")), &error))
     }
 
@@ -234,22 +238,22 @@ impl Children {
     }
 
     /// What every process used.
-    pub fn take_measured(&mut self) -> Vec<(Option<Seat>, u32, Measured)> {
+    pub fn take_measured(&mut self) -> Vec<(Option<RobotInstance>, u32, Measured)> {
         let entry = |child: &Child| {
-            let seat = match child.who {
-                Who::Agent(seat) => Some(seat),
+            let instance = match child.who {
+                Who::Agent(instance) => Some(instance),
                 Who::World => None,
             };
             let waited_s = child.measured.run_queue_wait_s - child.before.run_queue_wait_s;
             let measured = Measured { run_queue_wait_s: waited_s.max(0.0), ..child.measured };
-            (seat, child.itself().as_raw_pid() as u32, measured)
+            (instance, child.itself().as_raw_pid() as u32, measured)
         };
         self.all.iter().map(entry).collect()
     }
 
     /// Removes the files of a process that has ended.
-    pub fn bury(&self, seat: Seat) {
-        let name = robot_agent::shell::spec_file(seat);
+    pub fn bury(&self, instance: RobotInstance) {
+        let name = robot_agent::shell::spec_file(instance);
         let _ = std::fs::remove_file(self.root.join(&name));
         self.logs.remove(&name);
     }
@@ -272,12 +276,12 @@ impl Children {
     pub fn adopt(&mut self, gate: &Gate) {
         for index in self.alive.values() {
             let child = &mut self.all[*index];
-            let Who::Agent(seat) = child.who else { continue };
+            let Who::Agent(instance) = child.who else { continue };
             if child.wrapped.is_some() {
                 continue;
             }
             let started = child.pid.as_raw_pid() as u32;
-            let Some(pid) = gate.process(seat).filter(|pid| *pid != started) else { continue };
+            let Some(pid) = gate.process(instance).filter(|pid| *pid != started) else { continue };
             // What a file of the run says may be wrong: only what this child has started is its agent.
             if let Some(since) = bus::process::start_of(pid).filter(|_| bus::process::descends_from(pid, started)) {
                 child.wrapped = pid_of(pid).map(|pid| (pid, since));
@@ -314,7 +318,7 @@ impl Child {
 fn log_of(who: Who) -> String {
     match who {
         Who::World => "world".to_owned(),
-        Who::Agent(seat) => robot_agent::shell::spec_file(seat),
+        Who::Agent(instance) => robot_agent::shell::spec_file(instance),
     }
 }
 
@@ -386,8 +390,8 @@ fn close_on_exec() {
 pub enum Who {
     /// The world's.
     World,
-    /// The agent of this seat.
-    Agent(Seat),
+    /// The agent of this instance.
+    Agent(RobotInstance),
 }
 
 /// What happened to a process.

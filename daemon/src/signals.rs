@@ -8,7 +8,7 @@ use std::io;
 use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering::SeqCst};
 
 /// The signals that ask for the end.
 pub const ENDINGS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
@@ -173,16 +173,16 @@ impl AsFd for Signals {
 pub struct Interrupted(Arc<AtomicBool>);
 
 impl Interrupted {
-    /// From here on.
+    /// From here on. The second signal ends the process with `code`.
     ///
     /// # Errors
     /// When a handler cannot be installed.
-    pub fn watch() -> Result<Interrupted, Error> {
+    pub fn watch(code: i32) -> Result<Interrupted, Error> {
         let flag = Arc::new(AtomicBool::new(false));
         held_back(|| {
             minded().into_iter().try_for_each(|signal| {
                 // The order matters: the second signal finds the flag set by the first, and ends the process.
-                signal_hook::flag::register_conditional_shutdown(signal, report::exit::INTERRUPTED, Arc::clone(&flag))
+                signal_hook::flag::register_conditional_shutdown(signal, code, Arc::clone(&flag))
                     .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&flag)))
                     .map(drop)
             })
@@ -198,12 +198,14 @@ impl Interrupted {
 }
 
 /// Does something that may wait for a reader for ever, after everything else is done: a signal that asks for the end ends
-/// the process immediately, with [`report::exit::INTERRUPTED`]. Where no signal has been minded before, they do what they always do.
-pub fn ending_at_once<T>(work: impl FnOnce() -> T) -> T {
+/// the process immediately, with `code`. Where no signal has been minded before, they do what they always do.
+pub fn ending_at_once<T>(code: i32, work: impl FnOnce() -> T) -> T {
+    static CODE: AtomicI32 = AtomicI32::new(0);
     extern "C" fn end(_: c_int) {
         // SAFETY: ends the process, which is async-signal-safe.
-        unsafe { libc::_exit(report::exit::INTERRUPTED) }
+        unsafe { libc::_exit(CODE.load(SeqCst)) }
     }
+    CODE.store(code, SeqCst);
     if !MINDED.load(SeqCst) {
         return work();
     }
@@ -223,7 +225,7 @@ mod tests {
     fn a_signal_to_a_fleet_is_known_while_the_fleet_runs() {
         // These tests may run with it ignored.
         set_disposition(SIGTERM, &plain(SIG_DFL));
-        let interrupted = Interrupted::watch().unwrap();
+        let interrupted = Interrupted::watch(1).unwrap();
         let mut fleet = Signals::install().unwrap();
         assert!(!interrupted.yes());
         // To this thread alone.

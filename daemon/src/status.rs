@@ -2,14 +2,14 @@
 
 use crate::processes::state_word;
 use bus::{Progress, WorldObserver, clock};
-use model::{Scenario, Seat};
+use model::{RobotInstance, Scenario};
 use protocol::operator_to_daemon::{RobotStatus, Status};
 use protocol::world_to_robot::Odometry;
 
 /// The life of a robot: whose it is, its process, and a word for its state.
 pub struct Life {
     /// Slot and incarnation.
-    pub seat: Seat,
+    pub instance: RobotInstance,
     /// Its process, if it has one.
     pub pid: Option<u32>,
     /// `running`, `stopped`, `dead` and so on.
@@ -25,12 +25,12 @@ pub fn of(
     daemon_pid: u32,
     world_pid: u32,
 ) -> Status {
-    let robots = lives.zip(&scenario.robots).map(|(Life { seat, pid, state }, robot)| {
-        let odometry = observer.odometry(seat.slot as usize);
+    let robots = lives.zip(&scenario.robots).map(|(Life { instance, pid, state }, robot)| {
+        let odometry = observer.odometry(instance.index);
         RobotStatus {
             id: robot.id.clone(),
-            slot: seat.slot,
-            incarnation: seat.incarnation,
+            index: instance.index,
+            incarnation: instance.incarnation,
             pid,
             state: state.to_owned(),
             planner: robot.planner.clone(),

@@ -5,7 +5,7 @@ mod ending;
 
 pub use ending::Finished;
 
-use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, Signal};
+use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, Signal};
 use crate::error::{Error, Kind};
 use crate::executables::Executables;
 use crate::guardian::Guardian;
@@ -18,7 +18,7 @@ use bus::{
     Sizes, StatsSnapshot, WorldObserver, clean, clock,
 };
 use ending::full_memory;
-use model::{Scenario, Seat};
+use model::{RobotIndex, RobotInstance, Scenario};
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
@@ -38,11 +38,6 @@ const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 const FOOTING_EVERY: Duration = Duration::from_millis(250);
 /// How long the world may take to end once it has been asked to: some container runtimes kill after ten seconds.
 const ENDING_MAX: Duration = Duration::from_secs(8);
-
-/// Kind of the event that the world's process was stopped.
-pub const WORLD_STOPPED: &str = "world-stopped";
-/// Kind of the event that it goes on.
-pub const WORLD_GOES_ON: &str = "world-goes-on";
 
 /// A fleet whose first tick has begun.
 pub struct FleetView<'a> {
@@ -65,7 +60,7 @@ pub trait Watch {
     /// Something happened.
     fn say(&mut self, line: &str);
     /// An event of this kind happened; there may be many.
-    fn news(&mut self, kind: &str, line: &str);
+    fn news(&mut self, kind: News, line: &str);
 }
 
 /// One fleet, from its creation to its end.
@@ -96,7 +91,7 @@ pub struct Supervisor {
     enough: bool,
     spawned_ns: u64,
     /// What lives that are over have counted, by slot.
-    departed: BTreeMap<u32, StatsSnapshot>,
+    departed: BTreeMap<RobotIndex, StatsSnapshot>,
     janitor: Janitor,
     _node: Node,
     _services: Services,
@@ -224,7 +219,7 @@ impl Supervisor {
             let gate = &self.gate;
             let waited = |pid| clock::schedstat_of(pid).map_or(0, |stat| stat.waited_ns);
             let waited = |pid| Duration::from_nanos(waited(pid));
-            self.coordinator.time(now(), &|seat| gate.is_ready(seat), &waited);
+            self.coordinator.time(now(), &|instance| gate.is_ready(instance), &waited);
             self.janitor.tend(now());
             self.act(Some(watch));
             self.children.adopt(&self.gate);
@@ -290,28 +285,30 @@ impl Supervisor {
                     self.world_ending = Some(ending);
                 }
                 (Who::World, Change::Stopped) => {
-                    self.coordinator.news(WORLD_STOPPED, "the world's process was stopped");
+                    self.coordinator.news(News::WorldStopped, "the world's process was stopped");
                 }
-                (Who::World, Change::Continued) => self.coordinator.news(WORLD_GOES_ON, "the world's process goes on"),
-                (Who::Agent(seat), Change::Ended(ending)) => {
+                (Who::World, Change::Continued) => {
+                    self.coordinator.news(News::WorldGoesOn, "the world's process goes on");
+                }
+                (Who::Agent(instance), Change::Ended(ending)) => {
                     let words = self.children.last_words(who, now()).filter(|_| ending.code != Some(0));
                     let words = full_memory(ending).or(words);
-                    self.coordinator.exited(seat, ending, words, self.gate.deaf_to(seat));
-                    self.bury(seat);
+                    self.coordinator.exited(instance, ending, words, self.gate.deaf_to(instance));
+                    self.bury(instance);
                 }
-                (Who::Agent(seat), Change::Stopped) => self.coordinator.stopped(seat),
-                (Who::Agent(seat), Change::Continued) => self.coordinator.continued(seat),
+                (Who::Agent(instance), Change::Stopped) => self.coordinator.stopped(instance),
+                (Who::Agent(instance), Change::Continued) => self.coordinator.continued(instance),
             }
         }
     }
 
     /// Takes over what a life has counted, and removes what it leaves in shared memory: a robot may have many lives.
-    fn bury(&mut self, seat: Seat) {
-        let name = robot_agent::shell::spec_file(seat);
+    fn bury(&mut self, instance: RobotInstance) {
+        let name = robot_agent::shell::spec_file(instance);
         if let Some(counted) = bus::stats::take(&self.address, &name) {
-            self.departed.entry(seat.slot).or_default().merge(&counted);
+            self.departed.entry(instance.index).or_default().merge(&counted);
         }
-        self.children.bury(seat);
+        self.children.bury(instance);
         self.janitor.want();
     }
 
@@ -324,9 +321,9 @@ impl Supervisor {
             }
             for action in actions {
                 match action {
-                    Action::Spawn(seat) => self.spawn_agent(seat),
-                    Action::Signal(seat, signal) => {
-                        if let Some(pid) = self.coordinator.members()[seat.slot as usize].pid {
+                    Action::Spawn(instance) => self.spawn_agent(instance),
+                    Action::Signal(instance, signal) => {
+                        if let Some(pid) = self.coordinator.members()[instance.index.at()].pid {
                             let signal = match signal {
                                 Signal::Kill => Kill::KILL,
                                 Signal::Stop => Kill::STOP,
@@ -350,7 +347,7 @@ impl Supervisor {
                     }
                     Action::News { kind, line } => {
                         if let Some(watch) = watch.as_deref_mut() {
-                            watch.news(&kind, &line);
+                            watch.news(kind, &line);
                         }
                     }
                     Action::Say(line) => {
@@ -365,16 +362,16 @@ impl Supervisor {
     }
 
     /// What keeps one robot from starting is said of that robot; the others go on.
-    fn spawn_agent(&mut self, seat: Seat) {
-        let Some(robot) = self.coordinator.scenario().robots.get(seat.slot as usize) else { return };
+    fn spawn_agent(&mut self, instance: RobotInstance) {
+        let Some(robot) = self.coordinator.scenario().robots.get(instance.index.at()) else { return };
         let (id, program) = (robot.id.clone(), robot.agent.clone());
-        let spec = AgentSpec::new(self.coordinator.scenario(), robot, seat);
-        if let Err(failure) = write(&self.address, &robot_agent::shell::spec_file(seat), &spec) {
-            return self.coordinator.not_spawned(seat, failure.message);
+        let spec = AgentSpec::new(self.coordinator.scenario(), robot, instance);
+        if let Err(failure) = write(&self.address, &robot_agent::shell::spec_file(instance), &spec) {
+            return self.coordinator.not_spawned(instance, failure.message);
         }
-        match self.children.spawn_agent(seat, &id, program.as_deref()) {
-            Ok(pid) => self.coordinator.spawned(seat, pid, now()),
-            Err(problem) => self.coordinator.not_spawned(seat, problem),
+        match self.children.spawn_agent(instance, &id, program.as_deref()) {
+            Ok(pid) => self.coordinator.spawned(instance, pid, now()),
+            Err(problem) => self.coordinator.not_spawned(instance, problem),
         }
     }
 
@@ -387,13 +384,13 @@ impl Supervisor {
                 _ if !responder.is_awaited() => continue,
                 request => {
                     let (observer, robots) = (&self.observer, &self.coordinator.scenario().robots);
-                    let bodies: Vec<(u32, Odometry, f64)> = (self.coordinator.members().iter())
+                    let bodies: Vec<(RobotIndex, Odometry, f64)> = (self.coordinator.members().iter())
                         .filter(|member| member.in_world())
-                        .map(|member| member.seat.slot)
-                        .map(|slot| (slot, observer.odometry(slot as usize), robots[slot as usize].radius_m))
+                        .map(|member| member.instance.index)
+                        .map(|robot| (robot, observer.odometry(robot), robots[robot.at()].radius_m))
                         .collect();
                     let near = |[x_m, y_m]: [f64; 2], radius_m: f64| {
-                        let reach = |body: &(u32, Odometry, f64)| {
+                        let reach = |body: &(RobotIndex, Odometry, f64)| {
                             (body.1.x_m - x_m).hypot(body.1.y_m - y_m) < body.2 + radius_m
                         };
                         bodies.iter().find(|body| reach(body)).map(|body| body.0)
@@ -410,7 +407,7 @@ impl Supervisor {
 
     fn status(&self) -> Status {
         let life = |member: &crate::coordinator::Member| status::Life {
-            seat: member.seat,
+            instance: member.instance,
             pid: member.pid.map(|started| self.children.agent_pid(started)),
             state: member.state.word(),
         };

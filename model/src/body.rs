@@ -51,7 +51,7 @@ impl Limits {
 }
 
 /// What a robot asks of its body for one tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Drive {
     /// A velocity in the world frame, m/s (point).
     Velocity(Vector2<f64>),

@@ -1,21 +1,20 @@
-//! What happened in a run.
+//! What happened in a run: the entries of its log.
 
+use crate::body::{BodyKind, Drive};
+use crate::ids::RobotIndex;
+use crate::scenario::Radio;
+use crate::task::{GoalSource, Task};
 use serde::{Deserialize, Serialize};
 
-/// What happened, for the report.
+/// An entry of the log of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// At which tick.
     pub tick: u64,
-    /// What: `joined`, `left`, `task`, `task-done`, `arrived`, `contact`, `killed`, `died`, `paused`, `resumed`,
-    /// `held`, `dropped`, `restarted`, `not-started`, `deaf`, `radio`, `gap` (time stood still), `ignored`, `off-goal`, ...
-    pub kind: String,
-    /// Slot of the robot it is about, if it is about one.
-    pub slot: Option<u32>,
-    /// More about it, for people.
-    pub detail: String,
-    /// Of a contact, where and when it was.
-    pub touch: Option<Touch>,
+    /// The robot that it is about, if it is about one.
+    pub robot: Option<RobotIndex>,
+    /// What happened.
+    pub kind: EventKind,
 }
 
 /// The first touch of a contact.
@@ -27,10 +26,289 @@ pub struct Touch {
     pub at_m: [f64; 2],
 }
 
-impl Event {
-    /// Whether an event of this kind says that a robot lacked something that it needed, so that the run is not that of
-    /// its scenario.
-    pub fn impairs(kind: &str) -> bool {
-        matches!(kind, "not-started" | "deaf")
+/// What a robot touched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Partner {
+    /// Another robot.
+    Robot(RobotIndex),
+    /// An obstacle, by its place in the scenario.
+    Obstacle(u32),
+}
+
+/// How a process that should answer does not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Silence {
+    /// It did not answer within the straggler limit.
+    Overdue,
+    /// It was stopped (SIGSTOP).
+    Stopped,
+}
+
+/// Declares the events: each with its data and its name.
+macro_rules! events {
+    ($( $(#[doc = $help:literal])+ $kind:ident $({ $($(#[doc = $about:literal])+ $field:ident: $type:ty,)+ })? = $word:literal; )+) => {
+        /// What happened, with its data.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        pub enum EventKind {
+            $( $(#[doc = $help])+ $kind $({ $($(#[doc = $about])+ $field: $type,)+ })?, )+
+        }
+
+        /// What happened, without its data: the names of events, as reports have them.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        pub enum EventName {
+            $( $(#[doc = $help])+ #[serde(rename = $word)] $kind, )+
+        }
+
+        impl EventKind {
+            /// Its name.
+            pub fn name(&self) -> EventName {
+                match self { $( EventKind::$kind { .. } => EventName::$kind, )+ }
+            }
+        }
+
+        impl EventName {
+            /// All of them, each with what it means.
+            pub const ALL: &[(EventName, &str)] = &[ $( (EventName::$kind, concat!($($help),+)), )+ ];
+
+            /// Its word.
+            pub const fn word(self) -> &'static str {
+                match self { $( EventName::$kind => $word, )+ }
+            }
+        }
+    };
+}
+
+events! {
+    /// The robot entered the world.
+    Joined {
+        /// How often its process was started before.
+        incarnation: u32,
+    } = "joined";
+    /// The robot takes part again, with a new process.
+    Restarted {
+        /// How often its process was started before.
+        incarnation: u32,
+    } = "restarted";
+    /// The robot takes part again, with the same process.
+    Resumed {
+        /// How often its process was started before.
+        incarnation: u32,
+        /// It had been held, and answers again.
+        held: bool,
+    } = "resumed";
+    /// The robot left for good, as it was asked to.
+    Left = "left";
+    /// The robot was given a task.
+    Task {
+        /// Who gave it.
+        source: GoalSource,
+        /// The task.
+        task: Task,
+        /// How many goals it gave up for it.
+        given_up: u32,
+    } = "task";
+    /// The robot reached the goal of a task.
+    TaskDone {
+        /// Who had given it.
+        source: GoalSource,
+    } = "task-done";
+    /// The robot reached its last goal, for the first time.
+    Arrived = "arrived";
+    /// The robot was at its last goal, and is no more.
+    OffGoal {
+        /// How far from it, m.
+        distance_m: f64,
+    } = "off-goal";
+    /// Two bodies began to overlap.
+    Contact {
+        /// What the robot touched.
+        with: Partner,
+        /// Where and when first.
+        touch: Touch,
+    } = "contact";
+    /// The timeline killed the robot's process.
+    Killed = "killed";
+    /// The robot's process ended unasked.
+    Died {
+        /// The signal, if it was one.
+        signal: Option<i32>,
+        /// The exit code, if there was one.
+        code: Option<i32>,
+        /// What it printed last, or what else is known; may be empty.
+        words: String,
+    } = "died";
+    /// The timeline stopped the robot's process.
+    Paused {
+        /// It goes on at this tick.
+        until_tick: u64,
+    } = "paused";
+    /// The robot did not answer and stands still until it does.
+    Held {
+        /// How it did not.
+        silence: Silence,
+    } = "held";
+    /// The robot did not answer and was taken out.
+    Dropped {
+        /// How it did not.
+        silence: Silence,
+    } = "dropped";
+    /// The robot's process could not be started, or was not ready in time.
+    NotStarted {
+        /// The cause, with the words of the kernel where it was the kernel that refused.
+        why: String,
+    } = "not-started";
+    /// The robot could not hear one that it should hear, or could not be heard.
+    Deaf {
+        /// The cause, with the words of the kernel.
+        why: String,
+    } = "deaf";
+    /// The radio changed.
+    Radio {
+        /// What it is from now on.
+        radio: Radio,
+    } = "radio";
+    /// Time stood still for the world's process, and went on from there.
+    Gap {
+        /// For so long, ms.
+        lost_ms: u64,
+    } = "gap";
+    /// The world did not do what it was asked to.
+    Ignored {
+        /// What it was asked for.
+        order: String,
+        /// Why it was not done.
+        why: String,
+    } = "ignored";
+    /// The robot's planner found no way and gave up.
+    GaveUp = "gave-up";
+    /// The robot's process sent a command that does not fit its body; it stands still instead. Logged once per robot.
+    BadCommand {
+        /// The command.
+        drive: Drive,
+        /// The body.
+        body: BodyKind,
+    } = "bad-command";
+}
+
+impl EventKind {
+    /// Of a contact, where and when it was.
+    pub fn touch(&self) -> Option<Touch> {
+        if let EventKind::Contact { touch, .. } = self { Some(*touch) } else { None }
+    }
+
+    /// More about it, for people. `name` knows the robots.
+    pub fn detail(&self, name: &dyn Fn(RobotIndex) -> String) -> String {
+        let of_incarnation = |incarnation: u32| match incarnation {
+            0 => String::new(),
+            _ => format!("incarnation {incarnation}"),
+        };
+        match self {
+            EventKind::Resumed { held: true, .. } => "answers again".to_owned(),
+            EventKind::Joined { incarnation }
+            | EventKind::Restarted { incarnation }
+            | EventKind::Resumed { incarnation, .. } => of_incarnation(*incarnation),
+            EventKind::Task { source, task, given_up } => {
+                let yaw = task.yaw_rad.map_or_else(String::new, |yaw_rad| format!(", {yaw_rad} rad"));
+                let when = match (task.now, given_up) {
+                    (false, _) => "queued".to_owned(),
+                    (true, 0) => "now".to_owned(),
+                    (true, given_up) => format!("now, {given_up} goals are given up"),
+                };
+                format!("{source}: ({}, {}{yaw}), {when}", task.goal.x, task.goal.y)
+            }
+            EventKind::TaskDone { source } => source.to_string(),
+            EventKind::OffGoal { distance_m } => format!("{distance_m:.3} m"),
+            EventKind::Contact { with: Partner::Robot(other), .. } => format!("with {}", name(*other)),
+            EventKind::Contact { with: Partner::Obstacle(place), .. } => format!("with obstacle {place}"),
+            EventKind::Killed => "timeline".to_owned(),
+            EventKind::Died { signal, code, words } => {
+                let ending = match (signal, code) {
+                    (Some(signal), _) => format!("signal {signal}"),
+                    (None, Some(code)) => format!("exit code {code}"),
+                    (None, None) => String::new(),
+                };
+                let parts = [ending.as_str(), words.as_str()];
+                parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(": ")
+            }
+            EventKind::Paused { until_tick } => format!("until tick {until_tick}"),
+            EventKind::Held { silence } | EventKind::Dropped { silence } => match silence {
+                Silence::Overdue => "overdue".to_owned(),
+                Silence::Stopped => "stopped".to_owned(),
+            },
+            EventKind::NotStarted { why } | EventKind::Deaf { why } => why.clone(),
+            EventKind::Radio { radio: Radio { delay_ticks, drop, noise_m } } => {
+                format!("delay {delay_ticks} ticks, drop {drop}, noise {noise_m} m")
+            }
+            EventKind::Gap { lost_ms } => format!("{lost_ms} ms"),
+            EventKind::Ignored { order, why } => format!("{order}: {why}"),
+            EventKind::GaveUp => "its method found no way".to_owned(),
+            EventKind::BadCommand { drive, body } => format!("{drive:?} for a {}", body.word()),
+            EventKind::Left | EventKind::Arrived => String::new(),
+        }
+    }
+}
+
+impl EventName {
+    /// Whether it says that a robot lacked something that it needed, so that the run is not that of its scenario.
+    pub fn impairs(self) -> bool {
+        matches!(self, EventName::NotStarted | EventName::Deaf)
+    }
+
+    /// Whether it says that a robot did not answer in time.
+    pub fn is_straggling(self) -> bool {
+        matches!(self, EventName::Held | EventName::Dropped)
+    }
+
+    /// Whether it is worth a line at `tick`: at the start everybody joins, and who has arrived and touched is told otherwise.
+    pub fn is_notable(self, tick: u64) -> bool {
+        match self {
+            EventName::Joined => tick > 0,
+            EventName::Arrived | EventName::Contact => false,
+            _ => true,
+        }
+    }
+}
+
+impl std::fmt::Display for EventName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.word())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TaskId;
+    use nalgebra::Point2;
+
+    #[test]
+    fn an_event_says_what_its_data_say() {
+        let task = |now: bool| Task { goal: Point2::new(4.0, -2.5), yaw_rad: now.then_some(1.5), now };
+        let source = GoalSource::Operator(TaskId(7));
+        let contact = |with| EventKind::Contact { with, touch: Touch::default() };
+        let died = |signal, code, words: &str| EventKind::Died { signal, code, words: words.to_owned() };
+        let cases = [
+            (EventKind::Joined { incarnation: 0 }, "joined", ""),
+            (EventKind::Restarted { incarnation: 2 }, "restarted", "incarnation 2"),
+            (EventKind::Resumed { incarnation: 2, held: true }, "resumed", "answers again"),
+            (EventKind::Task { source, task: task(false), given_up: 0 }, "task", "task 7: (4, -2.5), queued"),
+            (
+                EventKind::Task { source: GoalSource::Timeline, task: task(true), given_up: 3 },
+                "task",
+                "timeline: (4, -2.5, 1.5 rad), now, 3 goals are given up",
+            ),
+            (contact(Partner::Robot(RobotIndex(3))), "contact", "with r03"),
+            (contact(Partner::Obstacle(3)), "contact", "with obstacle 3"),
+            (died(Some(11), None, "oh"), "died", "signal 11: oh"),
+            (died(None, Some(3), ""), "died", "exit code 3"),
+            (died(None, None, "gone"), "died", "gone"),
+            (EventKind::Held { silence: Silence::Stopped }, "held", "stopped"),
+        ];
+        for (kind, word, detail) in cases {
+            assert_eq!((kind.name().word(), &*kind.detail(&|robot| format!("r{:02}", robot.0))), (word, detail));
+        }
+        let json = serde_json::to_string(&EventName::NotStarted).unwrap();
+        assert_eq!(json, "\"not-started\"");
+        assert_eq!(serde_json::from_str::<EventName>(&json).unwrap(), EventName::NotStarted);
     }
 }

@@ -1,6 +1,7 @@
 //! What a run came to.
 
 use crate::event::Event;
+use crate::ids::RobotIndex;
 use crate::plan::PlanState;
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +12,7 @@ pub struct Outcome {
     pub ticks: u64,
     /// Hash of every robot's state at every tick.
     pub trajectory_hash: u64,
-    /// One entry per robot that was ever in the world, by slot.
+    /// One entry per robot that was ever in the world, in their order.
     pub robots: Vec<RobotOutcome>,
     /// Number of times two robots began to overlap.
     pub robot_contacts: u64,
@@ -30,9 +31,9 @@ pub struct Outcome {
 /// What became of one robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotOutcome {
-    /// Its slot.
-    pub slot: u32,
-    /// Its last life.
+    /// Which robot.
+    pub robot: RobotIndex,
+    /// Its last incarnation.
     pub incarnation: u32,
     /// It is within the tolerance of its last goal when the run ends (or has caught a goal that moves).
     pub arrived: bool,
@@ -63,7 +64,33 @@ pub struct RobotOutcome {
     /// Smoothness (log dimensionless jerk), 0 is best; `None` for a robot that never moved.
     pub ldj: Option<f64>,
     /// It was taken out: dropped, dead for good, or left.
-    pub gone: Option<String>,
+    pub gone: Option<Gone>,
+}
+
+/// Why a robot is not there at the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Gone {
+    /// It left, as it was asked to.
+    Left,
+    /// It did not answer and was taken out.
+    Dropped,
+    /// Its process ended and was not started again.
+    Dead,
+    /// It never entered the world.
+    NeverJoined,
+}
+
+impl Gone {
+    /// Its word in reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Gone::Left => "left",
+            Gone::Dropped => "dropped",
+            Gone::Dead => "dead",
+            Gone::NeverJoined => "never-joined",
+        }
+    }
 }
 
 /// How a robot gets nowhere. What counts as progress is said where it is judged, in the world's `progress`.

@@ -7,6 +7,7 @@ use crate::body::{BodyKind, Limits};
 use crate::choice;
 use crate::params::ParamValues;
 use crate::problem::Problem;
+use crate::task::Task;
 use geometry::{ArmGeometry, ArmState, Capsule};
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -463,12 +464,8 @@ pub enum TimelineAction {
     Task {
         /// Slot of the robot.
         robot: usize,
-        /// The goal, m.
-        goal: Point2<f64>,
-        /// The heading that the robot is to have there, rad; `None` is any.
-        yaw_rad: Option<f64>,
-        /// Head there at once and forget the goals that were waiting; otherwise queue behind them.
-        now: bool,
+        /// The goal.
+        task: Task,
     },
     /// The robot's process is killed: absent from this tick on, its body stays.
     Kill {

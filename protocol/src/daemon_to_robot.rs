@@ -1,13 +1,13 @@
 //! What the daemon tells an agent when it starts it: a file in the root of the run, read once.
 
-use model::{Clock, Radio, Robot, Scenario, Seat, TimelineAction};
+use model::{Clock, Radio, Robot, RobotInstance, Scenario, TimelineAction};
 use serde::{Deserialize, Serialize};
 
 /// Everything an agent needs to know of the scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AgentSpec {
-    /// Slot and life of the robot.
-    pub seat: Seat,
+    /// Which process of which robot.
+    pub instance: RobotInstance,
     /// The robot.
     pub robot: Robot,
     /// How time passes.
@@ -25,12 +25,12 @@ pub struct AgentSpec {
 }
 
 impl AgentSpec {
-    /// The part of a scenario that the agent of this seat may know.
-    pub fn new(scenario: &Scenario, robot: &Robot, seat: Seat) -> AgentSpec {
+    /// The part of a scenario that the agent of this instance may know.
+    pub fn new(scenario: &Scenario, robot: &Robot, instance: RobotInstance) -> AgentSpec {
         let mut radio = vec![(0, scenario.radio)];
         for event in &scenario.events {
             if let TimelineAction::Radio { robot, radio: new } = &event.what
-                && robot.is_none_or(|slot| slot == seat.slot as usize)
+                && robot.is_none_or(|place| place == instance.index.at())
             {
                 radio.push((event.tick, *new));
             }
@@ -42,7 +42,7 @@ impl AgentSpec {
             }
         }
         AgentSpec {
-            seat,
+            instance,
             robot: robot.clone(),
             clock: scenario.clock,
             command_timeout_s: scenario.fleet.command_timeout_s,

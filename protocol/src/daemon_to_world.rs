@@ -1,41 +1,37 @@
 //! What the daemon tells the world: facts about processes, and what operators ask for. The world decides what they
 //! mean, at the next boundary between two ticks.
 
-use model::{Robot, Seat};
+use model::{Robot, RobotIndex, RobotInstance, Task, TaskId};
 use serde::{Deserialize, Serialize};
 
 /// One order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Order {
-    /// A robot that the scenario does not have enters in this slot as soon as its agent is ready.
+    /// A robot that the scenario does not have enters under this index as soon as its agent is ready.
     Admit {
-        /// Its slot, free so far.
-        slot: u32,
+        /// Its index, free so far.
+        index: RobotIndex,
         /// The robot.
         robot: Box<Robot>,
     },
     /// The robot goes, and is gone.
     Remove {
-        /// Its slot.
-        slot: u32,
+        /// Its index.
+        index: RobotIndex,
     },
     /// A goal for a robot.
     Task {
-        /// Number of the task, given by the daemon.
-        task: u32,
-        /// Slot of the robot.
-        slot: u32,
-        /// The goal, m.
-        goal_m: [f64; 2],
-        /// The heading that the robot is to have there, rad; `None` is any.
-        yaw_rad: Option<f64>,
-        /// At once, or behind the goals that are waiting.
-        now: bool,
+        /// Its number, given by the daemon.
+        id: TaskId,
+        /// Index of the robot.
+        index: RobotIndex,
+        /// The goal.
+        task: Task,
     },
-    /// The process of this seat does not answer.
+    /// The process of this instance does not answer.
     Absent {
         /// Whose.
-        seat: Seat,
+        instance: RobotInstance,
         /// Why.
         cause: Absence,
     },
@@ -47,18 +43,18 @@ pub enum Order {
 /// ([`Notice::Answer`](crate::world_to_daemon::Notice::Answer)): those that an operator waits for have a ticket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Ticket {
-    /// [`Order::Admit`] for this slot.
-    Admit(u32),
+    /// [`Order::Admit`] for this robot.
+    Admit(RobotIndex),
     /// [`Order::Task`] with this number.
-    Task(u32),
+    Task(TaskId),
 }
 
 impl Order {
     /// Its ticket, if it has one.
     pub fn ticket(&self) -> Option<Ticket> {
         match self {
-            Order::Admit { slot, .. } => Some(Ticket::Admit(*slot)),
-            Order::Task { task, .. } => Some(Ticket::Task(*task)),
+            Order::Admit { index, .. } => Some(Ticket::Admit(*index)),
+            Order::Task { id, .. } => Some(Ticket::Task(*id)),
             Order::Remove { .. } | Order::Absent { .. } | Order::Stop => None,
         }
     }

@@ -1,10 +1,11 @@
 //! What a second terminal asks of a running fleet, and what it is answered.
 
+use model::{RobotIndex, Task, TaskId};
 use serde::{Deserialize, Serialize};
 
 /// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
 /// anything else.
-pub const PROTOCOL_VERSION: u32 = 3;
+pub const PROTOCOL_VERSION: u32 = 4;
 
 /// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,12 +18,8 @@ pub enum Request {
     Task {
         /// Name of the robot.
         robot: String,
-        /// The goal, m.
-        goal_m: [f64; 2],
-        /// The heading that it is to have there, rad; `None` is any.
-        yaw_rad: Option<f64>,
-        /// At once, or behind the goals that are waiting.
-        now: bool,
+        /// The goal.
+        task: Task,
     },
 }
 
@@ -54,13 +51,13 @@ pub enum Reply {
     Added {
         /// Its name.
         robot: String,
-        /// Its slot.
-        slot: u32,
+        /// Its index.
+        index: RobotIndex,
     },
     /// The robot has the goal.
     Tasked {
         /// Number of the task.
-        task: u32,
+        id: TaskId,
     },
     /// It has been handed on to the world, which has not said within a few seconds whether it takes it, and may still do
     /// so.
@@ -99,7 +96,7 @@ pub struct Status {
     /// Since the newest tick, wall time, s; `None` before the first. It grows while the world is stopped, hangs, or waits
     /// for a robot.
     pub tick_age_s: Option<f64>,
-    /// The robots, by slot.
+    /// The robots, in their order.
     pub robots: Vec<RobotStatus>,
 }
 
@@ -108,9 +105,9 @@ pub struct Status {
 pub struct RobotStatus {
     /// Its name.
     pub id: String,
-    /// Its slot.
-    pub slot: u32,
-    /// Its life.
+    /// Its index.
+    pub index: RobotIndex,
+    /// Its incarnation.
     pub incarnation: u32,
     /// Its process, if it has one.
     pub pid: Option<u32>,

@@ -16,7 +16,7 @@
 
 use crate::codec::{self, CodecError};
 use crate::world_to_observer::FrameBody;
-use model::{MAX_ROBOTS, MAX_SHAPES, Outcome, Robot, Scenario};
+use model::{MAX_ROBOTS, MAX_SHAPES, Outcome, Robot, RobotIndex, Scenario};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -25,7 +25,7 @@ pub const MAGIC: &[u8; 8] = b"SHOALREC";
 /// How every whole record ends.
 pub const MAGIC_END: &[u8; 8] = b"SHOALEND";
 /// The version of the format. It goes up with every change of what is written, the types of scenarios included.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 const FRAME: u8 = 1;
 const END: u8 = 0;
@@ -50,8 +50,8 @@ pub struct Header {
 /// What a record ends with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ending {
-    /// Robots that were added while the fleet ran, by slot.
-    pub added: Vec<(u32, Robot)>,
+    /// Robots that were added while the fleet ran.
+    pub added: Vec<(RobotIndex, Robot)>,
     /// What the run came to.
     pub outcome: Outcome,
 }
@@ -310,10 +310,10 @@ impl Record {
         Frames::new(&self.frames)
     }
 
-    /// The robot of a slot, if there was one.
-    pub fn robot(&self, slot: u32) -> Option<&Robot> {
-        let added = self.ending.added.iter().find(|(at, _)| *at == slot).map(|(_, robot)| robot);
-        added.or_else(|| self.header.scenario.robots.get(slot as usize))
+    /// A robot, if there was one of this index.
+    pub fn robot(&self, index: RobotIndex) -> Option<&Robot> {
+        let added = self.ending.added.iter().find(|(at, _)| *at == index).map(|(_, robot)| robot);
+        added.or_else(|| self.header.scenario.robots.get(index.at()))
     }
 }
 
@@ -426,7 +426,10 @@ mod tests {
     }
 
     fn ending() -> Ending {
-        Ending { added: vec![(9, scenario().template)], outcome: Outcome { ticks: 50, ..Outcome::default() } }
+        Ending {
+            added: vec![(RobotIndex(9), scenario().template)],
+            outcome: Outcome { ticks: 50, ..Outcome::default() },
+        }
     }
 
     fn record() -> Vec<u8> {
@@ -441,9 +444,9 @@ mod tests {
     fn what_is_written_is_read_to_the_last_bit() {
         let record = Record::read(record()).unwrap();
         assert_eq!((&record.header.scenario, &record.ending), (&scenario(), &ending()));
-        assert_eq!(record.robot(9), Some(&scenario().template));
-        assert_eq!(record.robot(0), scenario().robots.first());
-        assert_eq!(record.robot(8), None);
+        assert_eq!(record.robot(RobotIndex(9)), Some(&scenario().template));
+        assert_eq!(record.robot(RobotIndex(0)), scenario().robots.first());
+        assert_eq!(record.robot(RobotIndex(8)), None);
         let mut frames = record.frames();
         for tick in 0..=50 {
             assert_eq!(frames.next().map(|(tick, bodies)| (tick, bodies.to_vec())), Some((tick, frame(tick))));

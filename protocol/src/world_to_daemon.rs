@@ -1,45 +1,45 @@
 //! What the world tells the daemon: whom it expects, what happened, and in the end the outcome.
 
 use crate::daemon_to_world::Ticket;
-use model::{Event, Outcome, Seat};
+use model::{Event, Outcome, RobotInstance};
 use serde::{Deserialize, Serialize};
 
 /// Something that the daemon acts on while the run goes on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Notice {
-    /// The agent of this seat is needed at that tick: start it.
+    /// The agent of this instance is needed at that tick: start it.
     Expect {
         /// Whose.
-        seat: Seat,
+        instance: RobotInstance,
         /// When it is to take part first.
         tick: u64,
     },
-    /// The robot of this seat takes part from this tick on.
+    /// The robot of this instance takes part from this tick on.
     Entered {
         /// Whose.
-        seat: Seat,
+        instance: RobotInstance,
         /// Since when.
         tick: u64,
     },
-    /// Kill the process of this seat: the timeline or the straggler policy says so.
+    /// Kill the process of this instance: the timeline or the straggler policy says so.
     Kill {
         /// Whose.
-        seat: Seat,
+        instance: RobotInstance,
     },
-    /// Stop the process of this seat (SIGSTOP).
+    /// Stop the process of this instance (SIGSTOP).
     Pause {
         /// Whose.
-        seat: Seat,
+        instance: RobotInstance,
     },
-    /// Let the process of this seat go on (SIGCONT).
+    /// Let the process of this instance go on (SIGCONT).
     Resume {
         /// Whose.
-        seat: Seat,
+        instance: RobotInstance,
     },
-    /// The robot of this seat has left; its process ends by itself.
+    /// The robot of this instance has left; its process ends by itself.
     Left {
         /// Whose.
-        seat: Seat,
+        instance: RobotInstance,
     },
     /// The order with this ticket has taken effect, or never will.
     Answer {

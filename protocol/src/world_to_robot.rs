@@ -3,7 +3,7 @@
 //! All three are entries of the world's board. The odometry is written every tick, the lists when they change.
 
 use iceoryx2::prelude::ZeroCopySend;
-use model::{MAX_ROBOTS, MAX_SHAPES};
+use model::{MAX_ROBOTS, MAX_SHAPES, RobotIndex, RobotInstance};
 
 /// Most pieces that can be in sight: every piece of every obstacle, every robot, and the links of arms, whose second
 /// links count among the shapes.
@@ -69,13 +69,25 @@ impl Odometry {
 #[repr(C)]
 #[type_name("shoal.NeighborRef.v1")]
 pub struct NeighborRef {
-    /// Its slot.
-    pub slot: u32,
-    /// Its life: the board to read has this in its name.
+    /// Its index.
+    pub index: u32,
+    /// Its incarnation: the board to read has this in its name.
     pub incarnation: u32,
 }
 
-/// The robots in radio range, sorted by slot.
+impl From<RobotInstance> for NeighborRef {
+    fn from(RobotInstance { index, incarnation }: RobotInstance) -> NeighborRef {
+        NeighborRef { index: index.0, incarnation }
+    }
+}
+
+impl From<NeighborRef> for RobotInstance {
+    fn from(NeighborRef { index, incarnation }: NeighborRef) -> RobotInstance {
+        RobotInstance { index: RobotIndex(index), incarnation }
+    }
+}
+
+/// The robots in radio range, in their order.
 #[derive(Clone, Copy, Debug, ZeroCopySend)]
 #[repr(C)]
 #[type_name("shoal.NeighborList.v1")]
@@ -91,7 +103,7 @@ pub struct NeighborList {
 impl NeighborList {
     /// Nobody.
     pub const EMPTY: NeighborList =
-        NeighborList { len: 0, reserved: 0, entries: [NeighborRef { slot: 0, incarnation: 0 }; MAX_ROBOTS] };
+        NeighborList { len: 0, reserved: 0, entries: [NeighborRef { index: 0, incarnation: 0 }; MAX_ROBOTS] };
 
     /// The robots in it.
     pub fn as_slice(&self) -> &[NeighborRef] {
@@ -124,7 +136,7 @@ impl SensedList {
 
 /// A piece of an obstacle, the body of a robot, or a link of an arm, where it is at this tick.
 ///
-/// Pieces are numbered: first those of the obstacles in the order of the scenario, then by slot the body of each robot:
+/// Pieces are numbered: first those of the obstacles in the order of the scenario, then the body of each robot:
 /// one piece, or the two links of an arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
@@ -144,15 +156,15 @@ pub struct Piece {
     pub vx_mps: f64,
     /// Velocity, m/s.
     pub vy_mps: f64,
-    /// The obstacle it belongs to: its index in the scenario, or the number of obstacles plus the slot.
+    /// The obstacle it belongs to: its index in the scenario, or the number of obstacles plus the index of the robot.
     pub obstacle: u32,
-    /// See [`Piece::robot`]; 0 is none, else the slot plus one.
+    /// See [`Piece::robot`]; 0 is none, else the index of the robot plus one.
     pub robot: u32,
 }
 
 impl Piece {
-    /// The slot of the robot whose disc it is, if it is one: who hears that robot as well knows that both are one body.
-    pub fn robot(&self) -> Option<u32> {
-        self.robot.checked_sub(1)
+    /// The robot whose disc it is, if it is one: who hears that robot as well knows that both are one body.
+    pub fn robot(&self) -> Option<RobotIndex> {
+        self.robot.checked_sub(1).map(RobotIndex)
     }
 }

@@ -5,7 +5,9 @@
 mod counting;
 
 use counting::peak_of;
-use model::{Event, Outcome, RobotOutcome, Scenario, Seat, Touch};
+use model::{
+    Event, EventKind, Gone, Outcome, Partner, RobotIndex, RobotInstance, RobotOutcome, Scenario, Task, TaskId, Touch,
+};
 use proptest::prelude::*;
 use scenarios::Overrides;
 use serde::Serialize;
@@ -50,19 +52,19 @@ fn scenario(name: &str) -> Scenario {
 }
 
 fn kinds() -> Vec<Kind> {
-    let seat = Seat { slot: 3, incarnation: 1 };
+    let instance = RobotInstance { index: RobotIndex(3), incarnation: 1 };
     let text = || "r03".to_owned();
     let scenarios = ["mixed", "moving-obstacles", "tasks", "arm-1"].map(scenario);
     let robot = || Box::new(scenarios[0].template.clone());
     let event = || Event {
         tick: 300,
-        kind: text(),
-        slot: Some(3),
-        detail: text(),
-        touch: Some(Touch { t_s: 6.0, at_m: [0.5, -2.0] }),
+        robot: Some(RobotIndex(3)),
+        kind: EventKind::Contact { with: Partner::Robot(RobotIndex(7)), touch: Touch { t_s: 6.0, at_m: [0.5, -2.0] } },
     };
-    let robots = vec![RobotOutcome { time_s: Some(1.5), gone: Some(text()), ..RobotOutcome::default() }; 2];
-    let outcome = || Outcome { robots: robots.clone(), events: vec![event(); 2], ..Outcome::default() };
+    let died =
+        || Event { tick: 301, robot: None, kind: EventKind::Died { signal: Some(11), code: None, words: text() } };
+    let robots = vec![RobotOutcome { time_s: Some(1.5), gone: Some(Gone::Dropped), ..RobotOutcome::default() }; 2];
+    let outcome = || Outcome { robots: robots.clone(), events: vec![event(), died()], ..Outcome::default() };
     let robot_status = RobotStatus { id: text(), pid: Some(70_000), goal_m: [0.0, 1e300], ..RobotStatus::default() };
     let status = Status { scenario: text(), tick: 1 << 40, robots: vec![robot_status; 2], ..Status::default() };
     let new_robot = NewRobot { id: Some(text()), planner: Some(text()), kind: Some(text()), ..NewRobot::default() };
@@ -74,40 +76,44 @@ fn kinds() -> Vec<Kind> {
         Absence::Deaf { why: text() },
     ];
     let mut orders = vec![
-        Order::Admit { slot: 3, robot: robot() },
-        Order::Remove { slot: 3 },
-        Order::Task { task: 1, slot: 3, goal_m: [1.0, 2.0], yaw_rad: None, now: true },
+        Order::Admit { index: RobotIndex(3), robot: robot() },
+        Order::Remove { index: RobotIndex(3) },
+        Order::Task {
+            id: TaskId(1),
+            index: RobotIndex(3),
+            task: Task { goal: [1.0, 2.0].into(), yaw_rad: None, now: true },
+        },
         Order::Stop,
     ];
-    orders.extend(absences.map(|cause| Order::Absent { seat, cause }));
+    orders.extend(absences.map(|cause| Order::Absent { instance, cause }));
     vec![
         kind(&[
             Request::Status,
             Request::Add(new_robot),
-            Request::Task { robot: text(), goal_m: [1.0; 2], yaw_rad: Some(1.0), now: true },
+            Request::Task { robot: text(), task: Task { goal: [1.0; 2].into(), yaw_rad: Some(1.0), now: true } },
         ]),
         kind(&[
             Reply::Status(status),
-            Reply::Added { robot: text(), slot: 3 },
-            Reply::Tasked { task: 1 },
+            Reply::Added { robot: text(), index: RobotIndex(3) },
+            Reply::Tasked { id: TaskId(1) },
             Reply::Unconfirmed { problem: text(), hint: text() },
             Reply::Refused { problem: text(), hint: Some(text()) },
         ]),
         kind(&orders),
         kind(&[
-            Notice::Expect { seat, tick: 4 },
-            Notice::Entered { seat, tick: 4 },
-            Notice::Kill { seat },
-            Notice::Pause { seat },
-            Notice::Resume { seat },
-            Notice::Left { seat },
-            Notice::Answer { ticket: Ticket::Task(1), refused: Some(text()) },
+            Notice::Expect { instance, tick: 4 },
+            Notice::Entered { instance, tick: 4 },
+            Notice::Kill { instance },
+            Notice::Pause { instance },
+            Notice::Resume { instance },
+            Notice::Left { instance },
+            Notice::Answer { ticket: Ticket::Task(TaskId(1)), refused: Some(text()) },
             Notice::Log(event()),
         ]),
         kind(&[outcome()]),
-        kind(&scenarios.each_ref().map(|scenario| AgentSpec::new(scenario, &scenario.robots[0], seat))),
+        kind(&scenarios.each_ref().map(|scenario| AgentSpec::new(scenario, &scenario.robots[0], instance))),
         kind(&[Header { shoal: text(), scenario: scenarios[0].clone() }]),
-        kind(&[Ending { added: vec![(3, *robot())], outcome: outcome() }]),
+        kind(&[Ending { added: vec![(RobotIndex(3), *robot())], outcome: outcome() }]),
         kind(&scenarios),
     ]
 }

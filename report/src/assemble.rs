@@ -1,10 +1,12 @@
 //! From what is known about a run to its report. Definitions of the fields: docs, "metrics".
 
 use super::{
-    EventReport, LatencyFacts, LatencyReport, OutcomeReport, ProcessFacts, ProcessScheduling, Report, ResourcesReport,
-    RobotReport, RunFacts, SCHEMA, SchedulingReport, judge,
+    EventReport, LatencyReport, OutcomeReport, ProcessFacts, ProcessScheduling, Report, ResourcesReport, RobotReport,
+    RunFacts, SCHEMA, SchedulingReport, judge,
 };
-use model::{Class, Mode, PlanState, Processes, RobotOutcome, Scheduling, Stall};
+use model::{
+    Class, Event, EventKind, Gone, Mode, Partner, PlanState, Processes, RobotIndex, RobotOutcome, Scheduling, Stall,
+};
 use std::collections::BTreeMap;
 
 /// Makes the report.
@@ -13,7 +15,7 @@ pub fn assemble(facts: RunFacts) -> Report {
     let (fates, outcome) = outcome_of(&facts);
     let latency = facts.latency.clone().map(|latency| {
         let (gaps, gaps_ms) = gaps_of(&facts);
-        LatencyReport { gaps, gaps_ms, ..latency.report(facts.stragglers) }
+        LatencyReport { measured: latency, stragglers: facts.stragglers, gaps, gaps_ms }
     });
     let resources = resources_of(&facts);
     let starved_because =
@@ -61,20 +63,22 @@ pub fn assemble(facts: RunFacts) -> Report {
 
 /// One fate per robot that the scenario has or that was added, by slot.
 fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
-    let mut known: BTreeMap<u32, &RobotOutcome> = facts.outcome.robots.iter().map(|fate| (fate.slot, fate)).collect();
-    let slots = facts.robots.len().max(known.keys().next_back().map_or(0, |&slot| slot as usize + 1));
-    let fates: Vec<RobotOutcome> = (0..slots as u32)
-        .map(|slot| {
-            known.remove(&slot).cloned().unwrap_or_else(|| RobotOutcome {
-                slot,
-                gone: Some("never-joined".to_string()),
+    let mut known: BTreeMap<RobotIndex, &RobotOutcome> =
+        facts.outcome.robots.iter().map(|fate| (fate.robot, fate)).collect();
+    let slots = facts.robots.len().max(known.keys().next_back().map_or(0, |&last| last.at() + 1));
+    let fates: Vec<RobotOutcome> = (0..slots)
+        .map(RobotIndex::of)
+        .map(|robot| {
+            known.remove(&robot).cloned().unwrap_or_else(|| RobotOutcome {
+                robot,
+                gone: Some(Gone::NeverJoined),
                 ..RobotOutcome::default()
             })
         })
         .collect();
 
     let arrived: Vec<&RobotOutcome> = fates.iter().filter(|fate| fate.arrived).collect();
-    let owes = |fate: &&RobotOutcome| !patrols(facts, fate.slot) && fate.gone.as_deref() != Some("left");
+    let owes = |fate: &&RobotOutcome| !patrols(facts, fate.robot) && fate.gone != Some(Gone::Left);
     let arrived_all = fates.iter().filter(owes).all(|fate| fate.arrived);
     let dt_s = facts.scenario.clock.dt_s();
     // A robot's time counts from when it joined, the fleet's from the first tick.
@@ -108,19 +112,19 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
 }
 
 /// Whether a robot goes round forever.
-fn patrols(facts: &RunFacts, slot: u32) -> bool {
-    facts.robots.get(slot as usize).is_some_and(|robot| robot.rounds.is_none())
+fn patrols(facts: &RunFacts, robot: RobotIndex) -> bool {
+    facts.robots.get(robot.at()).is_some_and(|robot| robot.rounds.is_none())
 }
 
 fn robot_report(facts: &RunFacts, slot: usize, fate: &RobotOutcome) -> RobotReport {
     let newest = (facts.processes.iter())
-        .filter(|process| process.seat.is_some_and(|seat| seat.slot as usize == slot))
-        .max_by_key(|process| process.seat.map(|seat| seat.incarnation));
+        .filter(|process| process.instance.is_some_and(|instance| instance.index.at() == slot))
+        .max_by_key(|process| process.instance.map(|instance| instance.incarnation));
     let rounds = facts.robots.get(slot).map_or(Some(1), |robot| robot.rounds);
     RobotReport {
         rounds: (rounds != Some(1)).then_some(fate.rounds_done),
         patrols: rounds.is_none(),
-        id: name_of(facts, slot as u32),
+        id: name_of(facts, RobotIndex::of(slot)),
         planner: facts.robots.get(slot).map_or_else(String::new, |robot| robot.planner.clone()),
         incarnation: fate.incarnation,
         pid: newest.map(|process| process.pid),
@@ -136,7 +140,7 @@ fn robot_report(facts: &RunFacts, slot: usize, fate: &RobotOutcome) -> RobotRepo
         final_distance_m: fate.final_distance_m,
         planner_state: fate.plan,
         ldj: fate.ldj,
-        gone: fate.gone.clone(),
+        gone: fate.gone,
     }
 }
 
@@ -153,7 +157,7 @@ fn state_of(fate: &RobotOutcome) -> &'static str {
 }
 
 fn resources_of(facts: &RunFacts) -> ResourcesReport {
-    let agents = facts.processes.iter().filter(|process| process.seat.is_some());
+    let agents = facts.processes.iter().filter(|process| process.instance.is_some());
     let shares: Vec<u64> = agents.filter_map(|agent| agent.pss_kib).collect();
     let waits = facts.processes.iter().filter(|process| process.in_loop()).filter_map(|p| p.run_queue_wait_s);
     let cpu_s: f64 = facts.processes.iter().map(|process| process.cpu_s).sum();
@@ -184,22 +188,32 @@ fn scheduling_of(facts: &RunFacts) -> Option<SchedulingReport> {
 
 /// How often time stood still, and for how long in all, ms.
 fn gaps_of(facts: &RunFacts) -> (u64, u64) {
-    let gaps = facts.outcome.events.iter().filter(|event| event.kind == "gap");
-    let lengths_ms = gaps.clone().filter_map(|gap| gap.detail.strip_suffix(" ms")?.parse::<u64>().ok());
-    (gaps.count() as u64, lengths_ms.sum())
+    let gap = |event: &Event| if let EventKind::Gap { lost_ms } = event.kind { Some(lost_ms) } else { None };
+    let gaps = facts.outcome.events.iter().filter_map(gap);
+    (gaps.clone().count() as u64, gaps.sum())
 }
 
 fn events_of(facts: &RunFacts) -> Vec<EventReport> {
     let dt_s = facts.scenario.clock.dt_s();
     (facts.outcome.events.iter())
-        .map(|event| EventReport {
-            tick: event.tick,
-            t_s: event.tick as f64 * dt_s,
-            kind: event.kind.clone(),
-            robot: event.slot.map(|slot| name_of(facts, slot)),
-            detail: event.detail.clone(),
-            at_m: event.touch.map(|touch| touch.at_m),
-            touch_s: event.touch.map(|touch| touch.t_s),
+        .map(|event| {
+            let contact = match event.kind {
+                EventKind::Contact { with, touch } => Some((with, touch)),
+                _ => None,
+            };
+            EventReport {
+                tick: event.tick,
+                t_s: event.tick as f64 * dt_s,
+                kind: event.kind.name(),
+                robot: event.robot.map(|robot| name_of(facts, robot)),
+                detail: event.kind.detail(&|robot| name_of(facts, robot)),
+                with: contact.map(|(with, _)| match with {
+                    Partner::Robot(other) => name_of(facts, other),
+                    Partner::Obstacle(place) => format!("obstacle {place}"),
+                }),
+                at_m: contact.map(|(_, touch)| touch.at_m),
+                touch_s: contact.map(|(_, touch)| touch.t_s),
+            }
         })
         .collect()
 }
@@ -213,8 +227,8 @@ fn planner_of(facts: &RunFacts) -> String {
     }
 }
 
-fn name_of(facts: &RunFacts, slot: u32) -> String {
-    facts.robots.get(slot as usize).map_or_else(|| format!("slot-{slot}"), |robot| robot.id.clone())
+fn name_of(facts: &RunFacts, robot: RobotIndex) -> String {
+    facts.robots.get(robot.at()).map_or_else(|| format!("slot-{robot}"), |robot| robot.id.clone())
 }
 
 fn mean(values: &[f64]) -> Option<f64> {
@@ -225,31 +239,9 @@ fn max(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.reduce(f64::max)
 }
 
-impl LatencyFacts {
-    /// The same as part of a report, with what the world says of stragglers.
-    pub fn report(self, stragglers: u64) -> LatencyReport {
-        LatencyReport {
-            pose_age_us: self.pose_age_us,
-            wake_us: self.wake_us,
-            plan_us: self.plan_us,
-            step_us: self.step_us,
-            command_age_us: self.command_age_us,
-            reaction_us: self.reaction_us,
-            periods: self.periods,
-            deadline_misses: self.deadline_misses,
-            stragglers,
-            gaps: 0,
-            gaps_ms: 0,
-            blame: self.blame,
-            world: self.world,
-            per_robot: self.per_robot,
-        }
-    }
-}
-
 impl ProcessFacts {
     /// Processor time and waiting of a process that is not part of the loop, or of one that nothing is known of yet.
     pub fn new(name: impl Into<String>, pid: u32) -> ProcessFacts {
-        ProcessFacts { name: name.into(), seat: None, pid, cpu_s: 0.0, pss_kib: None, run_queue_wait_s: None }
+        ProcessFacts { name: name.into(), instance: None, pid, cpu_s: 0.0, pss_kib: None, run_queue_wait_s: None }
     }
 }

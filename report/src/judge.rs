@@ -3,7 +3,7 @@
 use super::{EventReport, LatencyReport, Report, Verdict};
 use crate::exit;
 use crate::numbers;
-use model::{Event, Expect, Mode};
+use model::{Expect, Gone, Metric, Mode};
 
 /// `realtime`: a larger share of missed periods is the machine's doing.
 pub const MISSED_SHARE_MAX: f64 = 0.001;
@@ -39,7 +39,8 @@ pub fn starved_because(
                 let LatencyReport { gaps, gaps_ms, .. } = latency;
                 reasons.push(format!("time stood still {gaps} time{}, {gaps_ms} ms in all", plural(*gaps)));
             }
-            let counts = latency.and_then(|latency| latency.deadline_misses.zip(latency.periods));
+            let counts =
+                latency.and_then(|LatencyReport { measured, .. }| measured.deadline_misses.zip(measured.periods));
             if let Some((missed, periods)) = counts.filter(|&(_, periods)| periods > 0) {
                 let share = missed as f64 / periods as f64;
                 if share > MISSED_SHARE_MAX {
@@ -47,7 +48,9 @@ pub fn starved_because(
                     reasons.push(format!("{missed} of {periods} periods were missed ({share}, more than {bound})"));
                 }
             }
-            if let Some(wake) = latency.and_then(|latency| latency.wake_us).filter(|wake| wake.n > 0) {
+            if let Some(wake) =
+                latency.and_then(|latency| latency.measured.metrics[Metric::Wake]).filter(|wake| wake.n > 0)
+            {
                 let share = wake.p99 / (dt_s * 1e6);
                 if share > WAKE_SHARE_MAX {
                     let (share, bound) = (percent(share), percent(WAKE_SHARE_MAX));
@@ -70,9 +73,9 @@ pub fn starved_because(
 pub fn impaired_because(events: &[EventReport]) -> Vec<String> {
     // Robots with one cause are one reason.
     let mut causes: Vec<(&EventReport, Vec<&str>)> = Vec::new();
-    for event in events.iter().filter(|event| Event::impairs(&event.kind)) {
+    for event in events.iter().filter(|event| event.kind.impairs()) {
         let robot = event.robot.as_deref().unwrap_or("?");
-        let same = |first: &EventReport| (&first.kind, &first.detail) == (&event.kind, &event.detail);
+        let same = |first: &EventReport| (first.kind, &first.detail) == (event.kind, &event.detail);
         match causes.iter_mut().find(|(first, _)| same(first)) {
             Some((_, robots)) => robots.push(robot),
             None => causes.push((event, vec![robot])),
@@ -109,7 +112,7 @@ pub fn unmet(expect: &Expect, report: &Report) -> Vec<String> {
     match expect.arrived_min {
         None if !outcome.arrived_all => {
             let late = (report.per_robot.iter())
-                .filter(|robot| !robot.arrived && !robot.patrols && robot.gone.as_deref() != Some("left"))
+                .filter(|robot| !robot.arrived && !robot.patrols && robot.gone != Some(Gone::Left))
                 .map(|robot| robot.id.as_str());
             unmet.push(format!(
                 "expected all robots to arrive, {} of {} did; missing: {}",
@@ -165,9 +168,9 @@ pub fn unmet(expect: &Expect, report: &Report) -> Vec<String> {
 
 /// The contacts in the log: `r03/r07 at 4.20 s`.
 fn contacts_of(report: &Report) -> impl Iterator<Item = String> {
-    report.events.iter().filter(|event| event.kind.starts_with("contact")).map(|event| {
-        let (robot, other) = (event.robot.as_deref().unwrap_or("?"), event.detail.trim_start_matches("with "));
-        format!("{robot}/{other} at {:.2} s", event.t_s)
+    report.events.iter().filter_map(|event| {
+        let (robot, other) = (event.robot.as_deref().unwrap_or("?"), event.with.as_deref()?);
+        Some(format!("{robot}/{other} at {:.2} s", event.t_s))
     })
 }
 

@@ -19,7 +19,9 @@ pub mod text;
 pub use assemble::assemble;
 pub use layout::{Column, Page, cut, table};
 
-use model::{Mode, Outcome, PlanState, Scenario, Seat};
+use model::{
+    Cause, EventName, Gone, Mode, Outcome, PerCause, PerMetric, PlanState, RobotIndex, RobotInstance, Scenario,
+};
 use serde::{Deserialize, Serialize};
 
 /// The name and version of the format.
@@ -93,30 +95,24 @@ impl RobotFacts {
     }
 }
 
-/// What was measured in the loop of all agents (and of the world), merged. `None` and zero counts mean: not measured.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+/// What was measured in the loop of all agents and of the world, merged. Null and zero counts mean: not measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LatencyFacts {
-    /// Age of a neighbour's pose when the planner uses it, us.
-    pub pose_age_us: Option<Percentiles>,
-    /// How late a process wakes up, us.
-    pub wake_us: Option<Percentiles>,
-    /// Time in the planner, us.
-    pub plan_us: Option<Percentiles>,
-    /// Time from waking up to the command, us.
-    pub step_us: Option<Percentiles>,
-    /// Age of a command when the world uses it, us.
-    pub command_age_us: Option<Percentiles>,
-    /// From the odometry sample to the moment that the command computed from it acts, us.
-    pub reaction_us: Option<Percentiles>,
-    /// Periods that were to be run, all agents and the world together; `None` in `lockstep`.
+    /// A distribution for each metric, us.
+    #[serde(flatten)]
+    pub metrics: PerMetric<Option<Percentiles>>,
+    /// Periods that were to be run, all agents and the world together; null in `lockstep`.
     pub periods: Option<u64>,
-    /// Periods that were missed; `None` in `lockstep`.
+    /// Periods that were missed; null in `lockstep`.
     pub deadline_misses: Option<u64>,
-    /// Why periods were late; `None` in `lockstep`.
+    /// Why periods were late; null in `lockstep`.
+    #[serde(default)]
     pub blame: Option<Blame>,
-    /// The same of the world alone.
+    /// How the world's loop did.
+    #[serde(default)]
     pub world: Option<LoopLatency>,
-    /// The same of every robot, by slot, all its lives together.
+    /// How the loop of every robot did, all its incarnations together, in the order of the robots.
+    #[serde(default)]
     pub per_robot: Vec<LoopLatency>,
 }
 
@@ -126,16 +122,22 @@ pub struct LatencyFacts {
 pub struct Blame {
     /// All of them.
     pub late: u64,
-    /// There was no processor for the process.
-    pub scheduler: u64,
-    /// The planner took longer than its share.
-    pub planner: u64,
-    /// The world's tick took longer than its share.
-    pub world: u64,
-    /// The odometry was old.
-    pub input: u64,
-    /// None of these.
-    pub neither: u64,
+    /// How many of them each cause delayed.
+    #[serde(flatten)]
+    pub by_cause: PerCause<u64>,
+}
+
+impl Blame {
+    /// Late periods by cause.
+    pub fn of(by_cause: PerCause<u64>) -> Blame {
+        Blame { late: by_cause.iter().map(|(_, n)| n).sum(), by_cause }
+    }
+
+    /// What delayed most of them, and how many, if anything was late. Of causes that delayed equally many, the first.
+    pub fn most(&self) -> Option<(Cause, u64)> {
+        let causes = self.by_cause.iter().filter(|(_, n)| **n > 0);
+        causes.rev().max_by_key(|(_, n)| **n).map(|(cause, n)| (cause, *n))
+    }
 }
 
 /// How one loop did in time.
@@ -143,20 +145,12 @@ pub struct Blame {
 pub struct LoopLatency {
     /// The robot, or [`ProcessFacts::WORLD`].
     pub id: String,
-    /// Its slot; null for the world.
-    pub slot: Option<u32>,
-    /// Age of the poses that it used, us.
-    pub pose_age_us: Option<Percentiles>,
-    /// How late it woke up, us.
-    pub wake_us: Option<Percentiles>,
-    /// Time in its planner, us.
-    pub plan_us: Option<Percentiles>,
-    /// Time from waking up to its command, us.
-    pub step_us: Option<Percentiles>,
-    /// Age of its command when the world used it, us (within 6.3 %).
-    pub command_age_us: Option<Percentiles>,
-    /// From the odometry sample to the moment that its command acted, us (within 6.3 %).
-    pub reaction_us: Option<Percentiles>,
+    /// Its index; null for the world.
+    #[serde(rename = "slot")]
+    pub index: Option<RobotIndex>,
+    /// A distribution for each metric, us. What the world measures of a robot is within 6.3 %.
+    #[serde(flatten)]
+    pub metrics: PerMetric<Option<Percentiles>>,
     /// Periods that were to be run, or ticks answered.
     pub periods: u64,
     /// Periods that were missed; null in `lockstep`.
@@ -190,7 +184,7 @@ pub struct ProcessFacts {
     /// What it is: [`ProcessFacts::WORLD`], `daemon`, `guardian`, or the robot's name.
     pub name: String,
     /// Whose agent it is, if it is one.
-    pub seat: Option<Seat>,
+    pub instance: Option<RobotInstance>,
     /// Its number.
     pub pid: u32,
     /// Processor time it used, s.
@@ -208,7 +202,7 @@ impl ProcessFacts {
 
     /// Whether it is part of the loop: the world or an agent.
     pub fn in_loop(&self) -> bool {
-        self.seat.is_some() || self.name == ProcessFacts::WORLD
+        self.instance.is_some() || self.name == ProcessFacts::WORLD
     }
 }
 
@@ -380,29 +374,16 @@ pub struct RobotReport {
     pub planner_state: PlanState,
     /// Log dimensionless jerk, 0 is best.
     pub ldj: Option<f64>,
-    /// Why it was not there at the end: `left`, `dropped`, `dead`, or `never-joined`.
-    pub gone: Option<String>,
+    /// Why it was not there at the end.
+    pub gone: Option<Gone>,
 }
 
-/// How the loop did in time, microseconds.
+/// How the loop did in time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LatencyReport {
-    /// Age of a neighbour's pose when the planner uses it.
-    pub pose_age_us: Option<Percentiles>,
-    /// How late a process wakes up.
-    pub wake_us: Option<Percentiles>,
-    /// Time in the planner.
-    pub plan_us: Option<Percentiles>,
-    /// Time from waking up to the command.
-    pub step_us: Option<Percentiles>,
-    /// Age of a command when the world uses it.
-    pub command_age_us: Option<Percentiles>,
-    /// From the odometry sample to the moment that the command computed from it acts.
-    pub reaction_us: Option<Percentiles>,
-    /// Periods that were to be run; null in `lockstep`.
-    pub periods: Option<u64>,
-    /// Periods that were missed; null in `lockstep`.
-    pub deadline_misses: Option<u64>,
+    /// What the processes measured.
+    #[serde(flatten)]
+    pub measured: LatencyFacts,
     /// Times that a robot was held or dropped because it did not answer.
     pub stragglers: u64,
     /// Times that time stood still for the world (stopped, frozen, without a processor) for longer than it makes up for:
@@ -412,15 +393,6 @@ pub struct LatencyReport {
     /// How long all of these were together, ms.
     #[serde(default)]
     pub gaps_ms: u64,
-    /// Why periods were late; null in `lockstep`.
-    #[serde(default)]
-    pub blame: Option<Blame>,
-    /// How the world's loop did.
-    #[serde(default)]
-    pub world: Option<LoopLatency>,
-    /// How the loop of every robot did, by slot.
-    #[serde(default)]
-    pub per_robot: Vec<LoopLatency>,
 }
 
 /// What the run cost.
@@ -471,11 +443,14 @@ pub struct EventReport {
     /// The same as simulated time, s.
     pub t_s: f64,
     /// What.
-    pub kind: String,
+    pub kind: EventName,
     /// The robot it is about, if it is about one.
     pub robot: Option<String>,
     /// More about it, for people.
     pub detail: String,
+    /// Of a contact: the other robot, or `obstacle` and its place in the scenario; null for everything else.
+    #[serde(default)]
+    pub with: Option<String>,
     /// Of a contact: where the surfaces met first, m; null for everything else.
     #[serde(default)]
     pub at_m: Option<[f64; 2]>,

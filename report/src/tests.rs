@@ -5,10 +5,10 @@ mod reference;
 use super::judge::{exit_code, impaired_because, starved_because, unmet, verdict};
 use super::text::{Style, render};
 use super::*;
-use bus::Cause;
 use model::{
-    BodyKind, Bounds, Class, Clock, Event, Expect, Fleet, Limits, ParamValues, Processes, Radio, Restart, Robot,
-    RobotOutcome, Scheduling, Stall, Stop, StragglerPolicy,
+    BodyKind, Bounds, Class, Clock, Event, EventKind, Expect, Fleet, GoalSource, Limits, Metric, ParamValues, Partner,
+    Processes, Radio, Restart, Robot, RobotOutcome, Scheduling, Silence, Stall, Stop, StragglerPolicy, Task, TaskId,
+    Touch,
 };
 
 fn robot(slot: usize) -> Robot {
@@ -72,7 +72,7 @@ fn scenario(robots: usize, mode: Mode) -> Scenario {
 /// All of them arrive, a little one after the other.
 fn outcome(robots: usize) -> Outcome {
     let fate = |slot: usize| RobotOutcome {
-        slot: slot as u32,
+        robot: RobotIndex::of(slot),
         arrived: true,
         time_s: Some(10.0 + 0.5 * slot as f64),
         arrived_tick: Some(500 + 25 * slot as u64),
@@ -87,13 +87,30 @@ fn outcome(robots: usize) -> Outcome {
         trajectory_hash: 0x0123_4567_89ab_cdef,
         robots: (0..robots).map(fate).collect(),
         min_clearance_m: Some(0.312),
-        events: (0..robots).map(|slot| event(0, "joined", slot as u32, "")).collect(),
+        events: (0..robots).map(|robot| joined(0, robot as u32)).collect(),
         ..Outcome::default()
     }
 }
 
-fn event(tick: u64, kind: &str, slot: u32, detail: &str) -> Event {
-    Event { tick, kind: kind.into(), slot: Some(slot), detail: detail.into(), touch: None }
+fn event(tick: u64, robot: u32, kind: EventKind) -> Event {
+    Event { tick, robot: Some(RobotIndex(robot)), kind }
+}
+
+fn contact(tick: u64, robot: u32, other: u32) -> Event {
+    let touch = Touch { t_s: tick as f64 * 0.02, at_m: [1.5, -0.5] };
+    event(tick, robot, EventKind::Contact { with: Partner::Robot(RobotIndex(other)), touch })
+}
+
+fn joined(tick: u64, robot: u32) -> Event {
+    event(tick, robot, EventKind::Joined { incarnation: 0 })
+}
+
+fn not_started(robot: u32, why: &str) -> Event {
+    event(0, robot, EventKind::NotStarted { why: why.to_owned() })
+}
+
+fn deaf(robot: u32, why: &str) -> Event {
+    event(100, robot, EventKind::Deaf { why: why.to_owned() })
 }
 
 fn percentiles(p50: f64) -> Option<Percentiles> {
@@ -101,9 +118,9 @@ fn percentiles(p50: f64) -> Option<Percentiles> {
 }
 
 fn with_processes(mut facts: RunFacts) -> RunFacts {
-    let mut process = |name: String, seat: Option<Seat>, pid: u32| {
+    let mut process = |name: String, instance: Option<RobotInstance>, pid: u32| {
         facts.processes.push(ProcessFacts {
-            seat,
+            instance,
             cpu_s: 0.25,
             pss_kib: Some(2000 + u64::from(pid)),
             run_queue_wait_s: Some(0.01 * f64::from(pid % 7)),
@@ -113,20 +130,33 @@ fn with_processes(mut facts: RunFacts) -> RunFacts {
     process("daemon".into(), None, 100);
     process(ProcessFacts::WORLD.into(), None, 101);
     for (slot, robot) in facts.robots.iter().enumerate() {
-        process(robot.id.clone(), Some(Seat { slot: slot as u32, incarnation: 0 }), 102 + slot as u32);
+        process(
+            robot.id.clone(),
+            Some(RobotInstance { index: RobotIndex::of(slot), incarnation: 0 }),
+            102 + slot as u32,
+        );
     }
     facts.startup_ms = Some(84.6);
     facts.shm_bytes = Some(3_400_000);
-    facts.latency = Some(LatencyFacts {
-        pose_age_us: percentiles(8200.0),
-        wake_us: percentiles(55.0),
-        plan_us: percentiles(3.25),
-        step_us: percentiles(21.5),
-        command_age_us: percentiles(10_100.0),
-        reaction_us: percentiles(18_900.0),
-        ..LatencyFacts::default()
-    });
+    let metrics = PerMetric::of(|metric| percentiles(typical_us(metric)));
+    facts.latency = Some(LatencyFacts { metrics, ..LatencyFacts::default() });
     facts
+}
+
+fn typical_us(metric: Metric) -> f64 {
+    match metric {
+        Metric::PoseAge => 8200.0,
+        Metric::Wake => 55.0,
+        Metric::Plan => 3.25,
+        Metric::Step => 21.5,
+        Metric::CommandAge => 10_100.0,
+        Metric::Reaction => 18_900.0,
+    }
+}
+
+/// Late periods of which the rest was delayed by something else.
+fn late<const N: usize>(late: u64, causes: [(Cause, u64); N]) -> Blame {
+    Blame { late, by_cause: PerCause::of(|cause| causes.iter().find(|(of, _)| *of == cause).map_or(0, |(_, n)| *n)) }
 }
 
 fn single() -> RunFacts {
@@ -149,14 +179,14 @@ fn realtime(robots: usize) -> RunFacts {
 fn loop_of(slot: usize) -> LoopLatency {
     LoopLatency {
         id: format!("r{slot:02}"),
-        slot: Some(slot as u32),
-        pose_age_us: percentiles(8200.0),
-        wake_us: percentiles(55.0),
+        index: Some(RobotIndex::of(slot)),
+        metrics: PerMetric::of(|metric| {
+            matches!(metric, Metric::PoseAge | Metric::Wake).then(|| percentiles(typical_us(metric))).flatten()
+        }),
         periods: 600,
         deadline_misses: Some(0),
         blame: Some(Blame::default()),
         run_queue_wait: Some(0.01),
-        ..LoopLatency::default()
     }
 }
 
@@ -179,18 +209,20 @@ fn failures() -> RunFacts {
             _ => None,
         };
     }
-    facts.outcome.robots[24].gone = Some("dead".into());
+    facts.outcome.robots[24].gone = Some(Gone::Dead);
     facts.outcome.robots[1].tasks_done = 1;
     facts.robots[2].planner = "straight".into();
+    let task = Task { goal: [4.0, -2.0].into(), yaw_rad: None, now: false };
     facts.outcome.events.extend([
-        event(210, "contact", 3, "with r07"),
-        event(250, "task", 1, "goal 4, -2"),
-        event(300, "killed", 24, "timeline"),
-        event(400, "joined", 2, "incarnation 1"),
-        event(455, "contact", 3, "with r07"),
-        event(500, "arrived", 0, ""),
+        contact(210, 3, 7),
+        event(250, 1, EventKind::Task { source: GoalSource::Operator(TaskId(0)), task, given_up: 0 }),
+        event(300, 24, EventKind::Killed),
+        event(400, 2, EventKind::Joined { incarnation: 1 }),
+        contact(455, 3, 7),
+        event(500, 0, EventKind::Arrived),
     ]);
-    facts.outcome.events.extend((0..12).map(|i| event(600 + i, "held", 4, "stopped")));
+    let held = EventKind::Held { silence: Silence::Stopped };
+    facts.outcome.events.extend((0..12).map(|i| event(600 + i, 4, held.clone())));
     facts
 }
 
@@ -209,11 +241,11 @@ fn starved() -> RunFacts {
     let mut facts = realtime(15);
     let latency = facts.latency.as_mut().unwrap();
     latency.deadline_misses = Some(120);
-    latency.blame = Some(Blame { late: 812, scheduler: 790, neither: 22, ..Blame::default() });
+    latency.blame = Some(self::late(812, [(Cause::Scheduler, 790), (Cause::Neither, 22)]));
     for (robot, late) in latency.per_robot.iter_mut().zip([20, 600, 0, 190, 2]) {
-        robot.blame = Some(Blame { late, scheduler: late, ..Blame::default() });
+        robot.blame = Some(self::late(late, [(Cause::Scheduler, late)]));
     }
-    latency.wake_us = percentiles(1500.0);
+    latency.metrics[Metric::Wake] = percentiles(1500.0);
     facts.processes[3].run_queue_wait_s = Some(2.5);
     facts
 }
@@ -243,12 +275,12 @@ fn text_for_people() {
 fn whoever_delayed_most_is_named_first() {
     let mut facts = starved();
     let latency = facts.latency.as_mut().unwrap();
-    latency.blame = Some(Blame { late: 130, scheduler: 10, planner: 120, ..Blame::default() });
+    latency.blame = Some(late(130, [(Cause::Scheduler, 10), (Cause::Planner, 120)]));
     let text = render(&assemble(facts), Style { width: 80, color: false });
     assert!(text.contains("starved: the planner was too slow for its periods"), "{text}");
     assert!(text.contains("and what delayed them: 130 (scheduler 10, planner 120)"), "{text}");
-    let most = |scheduler, neither| Blame { late: 9, scheduler, neither, ..Blame::default() }.most();
-    assert_eq!([most(0, 0), most(4, 5), most(5, 5)], [None, Some(Cause::Neither), Some(Cause::Scheduler)]);
+    let most = |scheduler, neither| late(9, [(Cause::Scheduler, scheduler), (Cause::Neither, neither)]).most();
+    assert_eq!([most(0, 0), most(4, 5), most(5, 5)], [None, Some((Cause::Neither, 5)), Some((Cause::Scheduler, 5))]);
 }
 
 #[test]
@@ -341,7 +373,7 @@ fn outcome_fields_follow_their_definitions() {
     let mut facts = single();
     facts.outcome.robots[2].arrived = false;
     facts.outcome.robots[2].time_s = None;
-    facts.outcome.robots[2].gone = Some("left".into());
+    facts.outcome.robots[2].gone = Some(Gone::Left);
     let report = assemble(facts);
     assert!(report.outcome.arrived_all, "a robot that left on request owes nothing");
     assert_eq!((report.exit_code, report.outcome.makespan_s), (0, Some(10.5)));
@@ -350,14 +382,19 @@ fn outcome_fields_follow_their_definitions() {
     facts.outcome.robots.remove(1);
     let report = assemble(facts);
     assert_eq!((report.robots, report.exit_code), (3, 1), "a robot that never joined has not arrived");
-    assert_eq!(report.per_robot[1].gone.as_deref(), Some("never-joined"));
+    assert_eq!(report.per_robot[1].gone, Some(Gone::NeverJoined));
 }
 
 #[test]
 fn robots_that_were_added_have_names_too() {
     let mut facts = single();
-    facts.outcome.robots.push(RobotOutcome { slot: 3, arrived: true, time_s: Some(1.0), ..RobotOutcome::default() });
-    facts.outcome.events.push(event(9, "joined", 3, ""));
+    facts.outcome.robots.push(RobotOutcome {
+        robot: RobotIndex(3),
+        arrived: true,
+        time_s: Some(1.0),
+        ..RobotOutcome::default()
+    });
+    facts.outcome.events.push(joined(9, 3));
     facts.robots.push(RobotFacts { id: "scout".into(), rounds: Some(1), planner: "straight".into() });
     let report = assemble(facts);
     assert_eq!((report.robots, report.planner.as_str()), (4, "mixed"));
@@ -370,7 +407,7 @@ fn the_newest_life_gives_the_pid() {
     let mut facts = lockstep();
     let mut again = facts.processes[3].clone();
     again.pid = 999;
-    again.seat = Some(Seat { slot: 1, incarnation: 1 });
+    again.instance = Some(RobotInstance { index: RobotIndex(1), incarnation: 1 });
     facts.processes.insert(0, again);
     assert_eq!(assemble(facts).per_robot[1].pid, Some(999));
 }
@@ -432,7 +469,7 @@ fn unmet_expectations_are_explained() {
     check(
         &|facts| {
             facts.outcome.robot_contacts = 2;
-            facts.outcome.events.push(event(210, "contact", 1, "with r02"));
+            facts.outcome.events.push(contact(210, 1, 2));
         },
         &["expected no contact, got 2: r01/r02 at 4.20 s, ..."],
     );
@@ -445,14 +482,16 @@ fn unmet_expectations_are_explained() {
     );
 }
 
+fn periods(missed: u64, of: u64) -> LatencyFacts {
+    LatencyFacts { periods: Some(of), deadline_misses: Some(missed), ..LatencyFacts::default() }
+}
+
 #[test]
 fn starvation() {
-    let latency = |missed: u64, wake_p99: f64, stragglers: u64| LatencyReport {
-        wake_us: Some(Percentiles { p99: wake_p99, n: 100, ..Percentiles::default() }),
-        periods: Some(10_000),
-        deadline_misses: Some(missed),
-        stragglers,
-        ..LatencyReport::default()
+    let latency = |missed: u64, wake_p99: f64, stragglers: u64| {
+        let mut measured = periods(missed, 10_000);
+        measured.metrics[Metric::Wake] = Some(Percentiles { p99: wake_p99, n: 100, ..Percentiles::default() });
+        LatencyReport { measured, stragglers, ..LatencyReport::default() }
     };
     let check = |mode, latency: Option<LatencyReport>, wait, starved: bool| {
         let reasons = starved_because(mode, 0.02, latency.as_ref(), wait);
@@ -487,7 +526,7 @@ fn a_realtime_run_without_statistics_keeps_its_verdict() {
 
 #[test]
 fn shares_just_over_a_bound_do_not_read_like_the_bound() {
-    let latency = LatencyReport { periods: Some(100_000), deadline_misses: Some(101), ..LatencyReport::default() };
+    let latency = LatencyReport { measured: periods(101, 100_000), ..LatencyReport::default() };
     let reasons = starved_because(Mode::Realtime, 0.02, Some(&latency), None);
     assert_eq!(reasons, ["101 of 100000 periods were missed (0.101 %, more than 0.1 %)"]);
 }
@@ -495,8 +534,8 @@ fn shares_just_over_a_bound_do_not_read_like_the_bound() {
 #[test]
 fn a_robot_that_lacked_something_spoils_the_verdict_whatever_the_timing_was() {
     let mut facts = realtime(3);
-    facts.outcome.events.push(event(0, "not-started", 1, "cannot start `own`: Exec format error (os error 8)"));
-    facts.outcome.events.push(event(100, "deaf", 2, "board `robot/0/0`: no files"));
+    facts.outcome.events.push(not_started(1, "cannot start `own`: Exec format error (os error 8)"));
+    facts.outcome.events.push(deaf(2, "board `robot/0/0`: no files"));
     facts.latency.as_mut().unwrap().deadline_misses = Some(600);
     let report = assemble(facts);
     assert_eq!(report.verdict, Verdict::Impaired);
@@ -516,18 +555,25 @@ fn a_robot_that_lacked_something_spoils_the_verdict_whatever_the_timing_was() {
 
     // A death, a fault of the timeline, a straggler: events, no impairment.
     let mut facts = realtime(3);
-    for kind in ["died", "killed", "paused", "held", "dropped", "restarted"] {
-        facts.outcome.events.push(event(10, kind, 1, ""));
+    for kind in [
+        EventKind::Died { signal: Some(9), code: None, words: String::new() },
+        EventKind::Killed,
+        EventKind::Paused { until_tick: 20 },
+        EventKind::Held { silence: Silence::Overdue },
+        EventKind::Dropped { silence: Silence::Overdue },
+        EventKind::Restarted { incarnation: 1 },
+    ] {
+        facts.outcome.events.push(event(10, 1, kind));
     }
     let report = assemble(facts);
     assert_eq!((report.verdict, impaired_because(&report.events)), (Verdict::Valid, Vec::new()));
 
     let mut facts = realtime(20);
-    facts.outcome.events.extend((0..20).map(|slot| event(0, "not-started", slot, "no room")));
+    facts.outcome.events.extend((0..20).map(|slot| not_started(slot, "no room")));
     let all = "r00, r01, r02, r03, r04, r05, r06, r07 and 12 more were not-started at 0.00 s: no room";
     assert_eq!(assemble(facts).impaired_because, [all]);
     let mut facts = realtime(20);
-    facts.outcome.events.extend((0..20).map(|slot| event(0, "deaf", slot, &format!("cannot hear {slot}"))));
+    facts.outcome.events.extend((0..20).map(|slot| Event { tick: 0, ..deaf(slot, &format!("cannot hear {slot}")) }));
     let reasons = assemble(facts).impaired_because;
     assert_eq!((reasons.len(), reasons[8].as_str()), (9, "and 12 more causes (see the events)"));
 }

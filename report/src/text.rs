@@ -5,12 +5,12 @@ pub use super::layout::Style;
 use super::judge;
 use super::layout::{Column, Page, table};
 use super::{
-    Blame, LatencyReport, Percentiles, ProcessScheduling, Report, RobotReport, SchedulingReport, Verdict, judge::plural,
+    Blame, LatencyFacts, LatencyReport, Percentiles, ProcessScheduling, Report, RobotReport, SchedulingReport, Verdict,
+    judge::plural,
 };
 use crate::exit;
 use crate::numbers::{clearance, fixed};
-use bus::Cause;
-use model::{Mode, PlanState, Stall};
+use model::{Cause, Mode, PerMetric, PlanState, Stall};
 
 /// So many robots are listed one by one.
 const ROBOTS_MAX: usize = 20;
@@ -106,7 +106,7 @@ fn headline(page: &mut Page, report: &Report) {
         page.words("hint: `shoal doctor` checks limits, shared memory and processes of this machine", 6);
     }
     if !report.starved_because.is_empty() {
-        let blame = report.latency.as_ref().and_then(|latency| latency.blame).filter(|blame| blame.late > 0);
+        let blame = report.latency.as_ref().and_then(|latency| latency.measured.blame).filter(|blame| blame.late > 0);
         let (what, hint) = starved_words(report.mode, blame);
         page.words(&format!("starved: {what}"), 2);
         for reason in &report.starved_because {
@@ -125,7 +125,7 @@ fn headline(page: &mut Page, report: &Report) {
 /// What `starved` means here, and what to do about it.
 fn starved_words(mode: Mode, blame: Option<Blame>) -> (&'static str, &'static str) {
     match (mode, blame.and_then(|blame| blame.most())) {
-        (Mode::Realtime, Some(Cause::Planner)) => (
+        (Mode::Realtime, Some((Cause::Planner, _))) => (
             "the planner was too slow for its periods, and that shaped this result",
             "a lower clock.tick_hz, a faster method, or `--mode lockstep`, which waits for planners",
         ),
@@ -143,47 +143,23 @@ fn starved_words(mode: Mode, blame: Option<Blame>) -> (&'static str, &'static st
 
 /// `812 (scheduler 790, neither 22)`.
 pub fn blame_words(blame: &Blame) -> String {
-    let parts: Vec<String> = (blame.by_cause().into_iter().filter(|(_, n)| *n > 0))
-        .map(|(cause, n)| format!("{} {n}", cause.word()))
-        .collect();
+    let parts: Vec<String> =
+        (blame.by_cause.iter().filter(|(_, n)| **n > 0)).map(|(cause, n)| format!("{} {n}", cause.word())).collect();
     if parts.is_empty() { blame.late.to_string() } else { format!("{} ({})", blame.late, parts.join(", ")) }
 }
 
 /// The loops with the most late periods: `r03 50 of 600 (planner 50), world 3 of 600 (scheduler 3)`.
 fn worst_words(latency: &LatencyReport) -> Option<String> {
     const NAMED_MAX: usize = 3;
-    let mut late: Vec<(&str, Blame, u64)> = (latency.per_robot.iter().chain(&latency.world))
+    let mut late: Vec<(&str, Blame, u64)> = (latency.measured.per_robot.iter().chain(&latency.measured.world))
         .filter_map(|of| Some((of.id.as_str(), of.blame.filter(|blame| blame.late > 0)?, of.periods)))
         .collect();
     late.sort_by_key(|(_, blame, _)| std::cmp::Reverse(blame.late));
     let words = late.iter().take(NAMED_MAX).map(|(id, blame, periods)| {
-        let most = blame.by_cause().into_iter().rev().max_by_key(|(_, n)| *n);
-        let cause = most.map_or_else(String::new, |(cause, n)| format!(" ({} {n})", cause.word()));
+        let cause = blame.most().map_or_else(String::new, |(cause, n)| format!(" ({} {n})", cause.word()));
         format!("{id} {} of {periods}{cause}", blame.late)
     });
     (!late.is_empty()).then(|| words.collect::<Vec<_>>().join(", "))
-}
-
-impl Blame {
-    /// Late periods by cause.
-    pub fn by_cause(&self) -> [(Cause, u64); Cause::ALL.len()] {
-        Cause::ALL.map(|cause| {
-            let n = match cause {
-                Cause::Scheduler => self.scheduler,
-                Cause::Planner => self.planner,
-                Cause::World => self.world,
-                Cause::Input => self.input,
-                Cause::Neither => self.neither,
-            };
-            (cause, n)
-        })
-    }
-
-    /// What delayed most of them, if anything was late.
-    pub fn most(&self) -> Option<Cause> {
-        let of = self.by_cause().into_iter().filter(|(_, n)| *n > 0);
-        of.rev().max_by_key(|(_, n)| *n).map(|(cause, _)| cause)
-    }
 }
 
 fn outcome(page: &mut Page, report: &Report) {
@@ -238,32 +214,26 @@ fn outcome(page: &mut Page, report: &Report) {
 
 fn latency_table(page: &mut Page, latency: &LatencyReport) {
     page.gap();
-    latency_lines(
-        page,
-        "latency, us",
-        &[
-            ("pose age", latency.pose_age_us),
-            ("wake-up", latency.wake_us),
-            ("plan", latency.plan_us),
-            ("step", latency.step_us),
-            ("command age", latency.command_age_us),
-            ("reaction", latency.reaction_us),
-        ],
-    );
+    latency_lines(page, "latency, us", &latency.measured.metrics);
+    period_lines(page, &latency.measured);
+    page.row("stragglers", &latency.stragglers.to_string());
+}
+
+/// How many periods were missed and late, where there are any.
+pub fn period_lines(page: &mut Page, latency: &LatencyFacts) {
     if let (Some(missed), Some(periods)) = (latency.deadline_misses, latency.periods) {
         page.row("missed periods", &format!("{missed} of {periods}"));
     }
     if let Some(blame) = &latency.blame {
         page.row("late periods", &blame_words(blame));
     }
-    page.row("stragglers", &latency.stragglers.to_string());
 }
 
 /// A table of distributions, those without values left out.
-pub fn latency_lines(page: &mut Page, head: &'static str, rows: &[(&str, Option<Percentiles>)]) {
-    let rows: Vec<Vec<String>> = (rows.iter())
-        .filter_map(|(name, percentiles)| {
-            let mut row = vec![(*name).to_string()];
+pub fn latency_lines(page: &mut Page, head: &'static str, metrics: &PerMetric<Option<Percentiles>>) {
+    let rows: Vec<Vec<String>> = (metrics.iter())
+        .filter_map(|(metric, percentiles)| {
+            let mut row = vec![metric.word().to_string()];
             row.extend(percentile_cells(&percentiles.filter(|percentiles| percentiles.n > 0)?));
             Some(row)
         })
@@ -334,16 +304,8 @@ fn scheduling_words(of: &ProcessScheduling) -> String {
     if parts.is_empty() { "inherited from shoal".to_owned() } else { parts.join(", ") }
 }
 
-/// Arrivals and contacts are in the outcome, and at the start everybody joins.
-fn is_notable(kind: &str, tick: u64) -> bool {
-    match kind {
-        "joined" => tick > 0,
-        _ => kind != "arrived" && !kind.starts_with("contact"),
-    }
-}
-
 fn events(page: &mut Page, report: &Report) {
-    let notable: Vec<_> = report.events.iter().filter(|event| is_notable(&event.kind, event.tick)).collect();
+    let notable: Vec<_> = report.events.iter().filter(|event| event.kind.is_notable(event.tick)).collect();
     if notable.is_empty() && report.events_lost == 0 {
         return;
     }
@@ -394,7 +356,7 @@ fn robots(page: &mut Page, report: &Report) {
 
 fn robot_row(robot: &RobotReport, report: &Report) -> Vec<String> {
     let note = match (&robot.gone, robot.state.as_str()) {
-        (Some(gone), _) => gone.as_str(),
+        (Some(gone), _) => gone.word(),
         (None, "arrived") => "",
         (None, "under-way") if robot.patrols => "goes round",
         (None, "under-way") => "on its way",

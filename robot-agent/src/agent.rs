@@ -2,7 +2,7 @@
 
 use crate::radio::Receiver;
 use geometry::ArmState;
-use model::{Drive, PlanState, Seat};
+use model::{Drive, PlanState, RobotInstance};
 use nalgebra::{Point2, Vector2};
 use planners::{Chassis, Identity, Neighbor, Obstacle, ParamError, PlanInput, Planner};
 use protocol::daemon_to_robot::{AgentSpec, MapPiece};
@@ -89,9 +89,9 @@ pub enum Duty {
     Plan,
 }
 
-/// What this odometry asks of the agent of a seat. `counts`: it is that of the open tick, or new enough for a command.
-pub fn duty(seat: Seat, odometry: &Odometry, counts: bool) -> Duty {
-    if odometry.incarnation != seat.incarnation {
+/// What this odometry asks of the agent of a robot instance. `counts`: it is that of the open tick, or new enough for a command.
+pub fn duty(instance: RobotInstance, odometry: &Odometry, counts: bool) -> Duty {
+    if odometry.incarnation != instance.incarnation {
         Duty::Wait
     } else if odometry.has(Odometry::FLAG_LEFT) {
         Duty::Leave
@@ -125,7 +125,7 @@ impl Agent {
 
     /// An agent with this method, whatever its spec names: how a user brings a planner that shoal does not have.
     pub fn with_planner(spec: AgentSpec, planner: Box<dyn Planner>) -> Agent {
-        let receiver = Receiver::new(spec.clock.seed, spec.seat, spec.radio.clone());
+        let receiver = Receiver::new(spec.clock.seed, spec.instance, spec.radio.clone());
         let map = spec.map.iter().map(on_map).collect();
         Agent {
             spec,
@@ -223,7 +223,7 @@ impl Agent {
         for piece in pieces {
             let place = piece
                 .robot()
-                .and_then(|robot| self.neighbors.binary_search_by_key(&robot, |neighbor| neighbor.id).ok());
+                .and_then(|robot| self.neighbors.binary_search_by_key(&robot.0, |neighbor| neighbor.id).ok());
             match place.map(|place| &mut self.neighbors[place]) {
                 None => self.obstacles.push(obstacle(piece)),
                 Some(neighbor) if neighbor.age_s <= fresh_s => {}
@@ -242,10 +242,10 @@ impl Agent {
 /// # Errors
 /// When there is no such method, or it refuses its parameters.
 pub fn planner_of(spec: &AgentSpec) -> Result<Box<dyn Planner>, AgentError> {
-    let (robot, seat) = (&spec.robot, spec.seat);
+    let (robot, instance) = (&spec.robot, spec.instance);
     let method = planners::find(&robot.planner)
         .ok_or_else(|| AgentError::UnknownPlanner { robot: robot.id.clone(), planner: robot.planner.clone() })?;
-    let identity = Identity { seed: spec.clock.seed, robot: seat.slot, incarnation: seat.incarnation };
+    let identity = Identity { seed: spec.clock.seed, robot: instance.index.0, incarnation: instance.incarnation };
     (method.build)(&robot.params, identity).map_err(|problem| AgentError::Params {
         robot: robot.id.clone(),
         planner: robot.planner.clone(),

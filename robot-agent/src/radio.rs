@@ -8,7 +8,7 @@
 //! received stays in use until a newer one is received.
 
 use model::random::Stream;
-use model::{Radio, Seat};
+use model::{Radio, RobotInstance};
 use planners::Neighbor;
 use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::world_to_robot::NeighborRef;
@@ -62,8 +62,8 @@ pub struct Receiver {
 
 impl Receiver {
     /// A receiver that has heard nobody. `schedule` says from which tick on the radio is what, in order.
-    pub fn new(seed: u64, seat: Seat, schedule: Vec<(u64, Radio)>) -> Receiver {
-        let stream = |purpose| Stream::new(seed, seat.slot, seat.incarnation, purpose);
+    pub fn new(seed: u64, instance: RobotInstance, schedule: Vec<(u64, Radio)>) -> Receiver {
+        let stream = |purpose| Stream::new(seed, instance.index.0, instance.incarnation, purpose);
         Receiver { schedule, tracks: Vec::new(), losses: stream("radio-loss"), errors: stream("radio-noise") }
     }
 
@@ -104,7 +104,7 @@ impl Receiver {
                 Time::Stamps { now_ns } => now_ns.saturating_sub(pose.stamp_ns) as f64 * 1e-9,
             };
             Neighbor {
-                id: who.slot,
+                id: who.index,
                 position: nalgebra::Point2::new(pose.x_m, pose.y_m),
                 yaw_rad: pose.yaw_rad,
                 velocity: nalgebra::Vector2::new(pose.vx_mps, pose.vy_mps),
@@ -135,7 +135,7 @@ impl Receiver {
         }
         let mut old = std::mem::take(&mut self.tracks).into_iter().peekable();
         for (who, _) in heard {
-            while old.next_if(|track| track.who.slot < who.slot).is_some() {}
+            while old.next_if(|track| track.who.index < who.index).is_some() {}
             let kept = old.next_if(|track| track.who == *who);
             self.tracks.push(kept.unwrap_or_else(|| Track {
                 who: *who,
@@ -150,6 +150,7 @@ impl Receiver {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model::RobotIndex;
 
     fn pose(tick: u64, x_m: f64) -> SharedPose {
         SharedPose { tick, x_m, flags: SharedPose::FLAG_SPOKEN, ..SharedPose::default() }
@@ -163,11 +164,11 @@ mod tests {
         pair
     }
 
-    const ONE: NeighborRef = NeighborRef { slot: 1, incarnation: 0 };
+    const ONE: NeighborRef = NeighborRef { index: 1, incarnation: 0 };
 
     /// Ages of the pose in use, in ticks, at each of `ticks`, when the neighbour has or has not yet spoken this tick.
     fn ages(schedule: Vec<(u64, Radio)>, ticks: std::ops::Range<u64>, ahead: bool) -> Vec<Option<u64>> {
-        let mut receiver = Receiver::new(7, Seat { slot: 0, incarnation: 0 }, schedule);
+        let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 }, schedule);
         ticks
             .map(|tick| {
                 let spoken = if ahead { tick } else { tick - 1 };
@@ -185,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_pose_of_this_tick_is_not_heard_yet() {
-        let mut receiver = Receiver::new(7, Seat { slot: 0, incarnation: 0 }, vec![]);
+        let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 }, vec![]);
         let mut pair = PosePair::default();
         pair.push(pose(4, 0.0));
         receiver.receive(4, Time::Ticks, &[(ONE, pair)]);
@@ -212,13 +213,13 @@ mod tests {
 
     #[test]
     fn whoever_goes_out_of_range_is_forgotten_and_a_new_life_starts_afresh() {
-        let mut receiver = Receiver::new(7, Seat { slot: 0, incarnation: 0 }, vec![]);
-        let two = NeighborRef { slot: 2, incarnation: 0 };
+        let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 }, vec![]);
+        let two = NeighborRef { index: 2, incarnation: 0 };
         receiver.receive(5, Time::Ticks, &[(ONE, pair_at(5)), (two, pair_at(5))]);
         assert_eq!(receiver.in_use().count(), 2);
         receiver.receive(6, Time::Ticks, &[(two, pair_at(6))]);
-        assert_eq!(receiver.in_use().map(|(who, _)| who.slot).collect::<Vec<_>>(), [2]);
-        let again = NeighborRef { slot: 2, incarnation: 1 };
+        assert_eq!(receiver.in_use().map(|(who, _)| who.index).collect::<Vec<_>>(), [2]);
+        let again = NeighborRef { index: 2, incarnation: 1 };
         receiver.receive(7, Time::Ticks, &[(again, PosePair::default())]);
         assert_eq!(receiver.in_use().count(), 0);
     }

@@ -6,10 +6,11 @@
 use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Duty, Time, duty, planner_of};
 use bus::blame::{Period, Watch};
 use bus::{
-    Address, BusError, Counter, Gate, Metric, Node, Poses, RobotReader, RobotWriter, Sizes, StatsWriter, Strips,
-    TickWait, WorldReader, clock, gate,
+    Address, BusError, Counter, Gate, Node, Poses, RobotReader, RobotWriter, Sizes, StatsWriter, Strips, TickWait,
+    WorldReader, clock, gate,
 };
-use model::{Mode, Seat};
+use model::Metric;
+use model::{Mode, RobotIndex, RobotInstance};
 use planners::{Plan, PlanInput, Planner};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_robot::AgentSpec;
@@ -34,7 +35,7 @@ pub struct Args {
     /// Root directory of the run.
     pub root: PathBuf,
     /// Slot and life of the robot.
-    pub seat: Seat,
+    pub instance: RobotInstance,
     /// The process that started this one: when it goes, this one goes.
     pub parent: u32,
 }
@@ -62,8 +63,8 @@ impl Args {
         let missing = |key: &str| ShellError::Usage(format!("`{key}` is missing: agents are started by `shoal run`"));
         Ok(Args {
             root: root.ok_or_else(|| missing("--root"))?,
-            seat: Seat {
-                slot: slot.ok_or_else(|| missing("--slot"))?,
+            instance: RobotInstance {
+                index: RobotIndex(slot.ok_or_else(|| missing("--slot"))?),
                 incarnation: incarnation.ok_or_else(|| missing("--incarnation"))?,
             },
             parent: parent.ok_or_else(|| missing("--parent"))?,
@@ -82,7 +83,7 @@ pub enum ShellError {
     Bus(#[from] BusError),
     /// It cannot hear the robot in this slot, which is there.
     #[error("{1}")]
-    Deaf(u32, #[source] BusError),
+    Deaf(RobotIndex, #[source] BusError),
     /// Its spec cannot be read.
     #[error("agent spec `{0}`: {1}")]
     SpecFile(PathBuf, #[source] std::io::Error),
@@ -116,8 +117,8 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut Agent
     let address = Address::at(&args.root)?;
     // Early: behind a wrapper this is how the daemon finds the process that it has to stop or to kill.
     let gate = Gate::open(&address)?;
-    gate.announce_process(args.seat);
-    let path = address.file(&spec_file(args.seat));
+    gate.announce_process(args.instance);
+    let path = address.file(&spec_file(args.instance));
     #[expect(clippy::disallowed_methods, reason = "the shell reads its spec once, before the loop")]
     let bytes = std::fs::read(&path).map_err(|error| ShellError::SpecFile(path, error))?;
     let spec: AgentSpec = codec::decode(&bytes)?;
@@ -129,23 +130,23 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut Agent
         let spec = agent.spec();
         let sizes = Sizes { max_robots: spec.max_robots, shape_pieces: spec.shape_pieces };
         let poses = if spec.clock.mode == Mode::Realtime { Poses::Newest } else { Poses::LastTwo };
-        Ports::open(&address, gate, args.seat, sizes, poses)?
+        Ports::open(&address, gate, args.instance, sizes, poses)?
     };
-    ports.gate.announce_ready(args.seat);
+    ports.gate.announce_ready(args.instance);
     let ended = match agent.spec().clock.mode {
         Mode::Realtime => realtime(agent, &mut ports, &watch, adjust),
         Mode::Lockstep | Mode::Single => lockstep(agent, &mut ports, &watch, adjust),
     };
     if let Err(ShellError::Deaf(to, _)) = &ended {
         // A robot that does not hear what it should must not go on as if nobody were there.
-        ports.gate.announce_deaf(args.seat, *to);
+        ports.gate.announce_deaf(args.instance, *to);
     }
     ended
 }
 
-/// Name of the file in the run's root that holds the spec of a seat.
-pub fn spec_file(seat: Seat) -> String {
-    format!("agent-{}-{}", seat.slot, seat.incarnation)
+/// Name of the file in the run's root that holds the spec of a robot instance.
+pub fn spec_file(instance: RobotInstance) -> String {
+    format!("agent-{}-{}", instance.index, instance.incarnation)
 }
 
 /// `lockstep`: the world opens a tick, this robot answers it.
@@ -155,7 +156,7 @@ fn lockstep(
     stopwatch: &Stopwatch,
     adjust: &mut dyn FnMut(&mut AgentOutputs),
 ) -> Result<(), ShellError> {
-    let seat = agent.spec().seat;
+    let instance = agent.spec().instance;
     let mut last = None;
     loop {
         let (tick, opened_ns) = match ports.gate.wait_tick(last, PATIENCE) {
@@ -167,17 +168,17 @@ fn lockstep(
         let woken_ns = if measured { clock::now_ns() } else { opened_ns };
         last = Some(tick);
         let odometry = ports.world.odometry();
-        match duty(seat, &odometry, odometry.tick == tick) {
+        match duty(instance, &odometry, odometry.tick == tick) {
             Duty::Plan => {}
             Duty::Wait => continue,
             Duty::ShowLife => {
-                ports.gate.note_alive(seat);
+                ports.gate.note_alive(instance);
                 continue;
             }
             Duty::Leave => return Ok(()),
         }
         step(&mut agent, ports, &odometry, Time::Ticks, stopwatch, adjust)?;
-        ports.gate.answer(seat, tick);
+        ports.gate.answer(instance, tick);
         if measured {
             ports.stats.record(Metric::Wake, woken_ns.saturating_sub(opened_ns));
             record_ages(&agent, ports, stopwatch.begun_ns.load(Relaxed));
@@ -195,7 +196,7 @@ fn realtime(
     stopwatch: &Stopwatch,
     adjust: &mut dyn FnMut(&mut AgentOutputs),
 ) -> Result<(), ShellError> {
-    let (seat, robots) = (agent.spec().seat, u64::from(agent.spec().max_robots));
+    let (instance, robots) = (agent.spec().instance, u64::from(agent.spec().max_robots));
     let odometry_age_ns_max = (agent.spec().command_timeout_s * 1e9) as u64;
     clock::set_timer_slack_1ns();
     while !ports.gate.wait_meeting(PATIENCE) {
@@ -206,7 +207,7 @@ fn realtime(
     if ports.gate.start_ns().is_none() {
         ports.follow_list();
         ports.open_missing(Duration::MAX)?;
-        ports.gate.announce_met(seat);
+        ports.gate.announce_met(instance);
     }
     bus::process::give_back_stack();
     let start_ns = loop {
@@ -219,7 +220,7 @@ fn realtime(
     };
     let period_ns = (1e9 / agent.spec().clock.tick_hz) as u64;
     // The agents spread over the period, behind the world: they do not all want the processor at once.
-    let phase_ns = period_ns * (u64::from(seat.slot) + 1) / (robots + 1);
+    let phase_ns = period_ns * (u64::from(instance.index.0) + 1) / (robots + 1);
     let first_ns = start_ns + phase_ns;
     let passed = clock::now_ns().saturating_sub(first_ns).div_ceil(period_ns);
     let mut due_ns = first_ns + passed * period_ns;
@@ -242,7 +243,7 @@ fn realtime(
         // From odometry that is too old for its commands to act there is no command: nobody drives blind. The periods
         // count as late for their input.
         let is_fresh = woken_ns.saturating_sub(odometry.stamp_ns) <= odometry_age_ns_max;
-        match duty(seat, &odometry, is_fresh) {
+        match duty(instance, &odometry, is_fresh) {
             Duty::Plan => {
                 expected = true;
                 step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, stopwatch, adjust)?;
@@ -253,9 +254,9 @@ fn realtime(
                     ports.stats.record(Metric::Plan, work_ns);
                     ports.stats.record(Metric::Step, clock::now_ns().saturating_sub(woken_ns));
                 }
-                ports.gate.note_alive(seat);
+                ports.gate.note_alive(instance);
             }
-            Duty::ShowLife => ports.gate.note_alive(seat),
+            Duty::ShowLife => ports.gate.note_alive(instance),
             Duty::Wait => {}
             Duty::Leave => return Ok(()),
         }
@@ -299,7 +300,7 @@ fn step(
     outputs.pose.stamp_ns = stamp_ns;
     ports.robot.pose(outputs.pose);
     ports.robot.command(outputs.command(odometry, stamp_ns));
-    ports.gate.note_heard(agent.spec().seat, ports.heard.len());
+    ports.gate.note_heard(agent.spec().instance, ports.heard.len());
     Ok(())
 }
 
@@ -308,7 +309,7 @@ fn record_ages(agent: &Agent, ports: &mut Ports, used_ns: u64) {
     for (who, spoken_ns) in agent.used() {
         let age_ns = used_ns.saturating_sub(spoken_ns);
         ports.stats.record(Metric::PoseAge, age_ns);
-        ports.stats.record_of(who.slot, Metric::PoseAge, age_ns, used_ns);
+        ports.stats.record_of(RobotIndex(who.index), Metric::PoseAge, age_ns, used_ns);
     }
 }
 
@@ -331,15 +332,21 @@ struct Ports {
 }
 
 impl Ports {
-    fn open(address: &Address, gate: Gate, seat: Seat, sizes: Sizes, poses: Poses) -> Result<Ports, BusError> {
-        let node = Node::new(address, &format!("agent-{}-{}", seat.slot, seat.incarnation))?;
+    fn open(
+        address: &Address,
+        gate: Gate,
+        instance: RobotInstance,
+        sizes: Sizes,
+        poses: Poses,
+    ) -> Result<Ports, BusError> {
+        let node = Node::new(address, &format!("agent-{}-{}", instance.index, instance.incarnation))?;
         Ok(Ports {
             gate,
-            world: WorldReader::open(&node, seat.slot)?,
-            robot: RobotWriter::create(&node, seat, sizes, poses)?,
+            world: WorldReader::open(&node, instance.index)?,
+            robot: RobotWriter::create(&node, instance, sizes, poses)?,
             stats: StatsWriter::create(
                 address,
-                &spec_file(seat),
+                &spec_file(instance),
                 &[Metric::PoseAge, Metric::Wake, Metric::Plan, Metric::Step],
                 Strips::of_agent(sizes.max_robots),
             )?,
@@ -402,7 +409,7 @@ impl Ports {
 
     /// Where among the open boards that of this robot is.
     fn board_of(&self, who: NeighborRef) -> Option<usize> {
-        let found = self.boards.binary_search_by_key(&who.slot, |(open, _)| open.slot);
+        let found = self.boards.binary_search_by_key(&who.index, |(open, _)| open.index);
         found.ok().filter(|index| self.boards[*index].0 == who)
     }
 
@@ -410,23 +417,23 @@ impl Ports {
     /// no board any more: it is not heard. Boards of robots that are not in range are closed when there are too many of
     /// them, or what they take is needed.
     fn open_board(&mut self, who: NeighborRef) -> Result<Option<usize>, ShellError> {
-        self.boards.retain(|(open, _)| open.slot != who.slot);
+        self.boards.retain(|(open, _)| open.index != who.index);
         if self.boards.len() >= self.in_range.len() + SPARE_BOARDS {
             self.close_spare();
         }
-        let seat = Seat { slot: who.slot, incarnation: who.incarnation };
-        let reader = match RobotReader::open(&self.node, seat) {
-            Err(error) if !error.is_missing() && self.close_spare() => RobotReader::open(&self.node, seat),
+        let instance = RobotInstance::from(who);
+        let reader = match RobotReader::open(&self.node, instance) {
+            Err(error) if !error.is_missing() && self.close_spare() => RobotReader::open(&self.node, instance),
             result => result,
         };
         match reader {
             Ok(reader) => {
-                let index = self.boards.partition_point(|(open, _)| open.slot < who.slot);
+                let index = self.boards.partition_point(|(open, _)| open.index < who.index);
                 self.boards.insert(index, (who, reader));
                 Ok(Some(index))
             }
             Err(error) if error.is_missing() => Ok(None),
-            Err(error) => Err(ShellError::Deaf(who.slot, error)),
+            Err(error) => Err(ShellError::Deaf(RobotIndex(who.index), error)),
         }
     }
 

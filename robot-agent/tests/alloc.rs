@@ -5,7 +5,7 @@
 mod counting;
 
 use bus::{Address, Gate, Lease, Node, Poses, RobotWriter, Services, Sizes, WorldWriter, clean, clock};
-use model::Seat;
+use model::{RobotIndex, RobotInstance};
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::SharedPose;
@@ -41,7 +41,7 @@ fn check(planner: &str) {
         .with("obstacle", vec![disc; usize::from(PIECES)])
         .scenario("alloc")
         .unwrap();
-    let seat = |slot| Seat { slot, incarnation: 0 };
+    let instance = |slot| RobotInstance { index: RobotIndex(slot), incarnation: 0 };
     let address = Address::create().unwrap();
     let _lease = Lease::take(&address).unwrap();
     let sizes = Sizes { max_robots: 64, shape_pieces: scenario.shape_pieces() };
@@ -49,40 +49,41 @@ fn check(planner: &str) {
     let _services = Services::create(&node, sizes).unwrap();
     let gate = Gate::create(&address, 64).unwrap();
     let mut world = WorldWriter::open(&node, sizes).unwrap();
-    let spec = codec::encode(&AgentSpec::new(&scenario, &scenario.robots[0], seat(0))).unwrap();
+    let spec = codec::encode(&AgentSpec::new(&scenario, &scenario.robots[0], instance(0))).unwrap();
     #[expect(clippy::disallowed_methods, reason = "the daemon would leave the spec there")]
-    std::fs::write(address.file(&shell::spec_file(seat(0))), spec).unwrap();
-    let mut others: Vec<RobotWriter> =
-        (1..=NEIGHBORS).map(|slot| RobotWriter::create(&node, seat(slot), sizes, Poses::LastTwo).unwrap()).collect();
+    std::fs::write(address.file(&shell::spec_file(instance(0))), spec).unwrap();
+    let mut others: Vec<RobotWriter> = (1..=NEIGHBORS)
+        .map(|slot| RobotWriter::create(&node, instance(slot), sizes, Poses::LastTwo).unwrap())
+        .collect();
 
     let parent = std::os::unix::process::parent_id();
-    let args = Args { root: address.root().to_path_buf(), seat: seat(0), parent };
+    let args = Args { root: address.root().to_path_buf(), instance: instance(0), parent };
     #[expect(clippy::disallowed_methods, reason = "the agent's process is a thread here")]
     let agent = std::thread::spawn(move || {
         // In the middle of every step: between two of them lies a whole tick.
         shell::run(&args, &mut planner_of, &mut |_| CALLS.store(counting::calls(), SeqCst))
     });
     let deadline_ns = clock::now_ns() + 30_000_000_000;
-    while !gate.is_ready(seat(0)) {
+    while !gate.is_ready(instance(0)) {
         assert!(clock::now_ns() < deadline_ns && !agent.is_finished(), "the agent is not ready");
         gate.wait_call(Duration::from_millis(20));
     }
 
-    let near: Vec<NeighborRef> = (1..=NEIGHBORS).map(|slot| NeighborRef { slot, incarnation: 0 }).collect();
+    let near: Vec<NeighborRef> = (1..=NEIGHBORS).map(|index| NeighborRef { index, incarnation: 0 }).collect();
     let pieces: Vec<u16> = (0..PIECES).collect();
-    world.neighbors(0, &near);
-    world.sensed(0, &pieces);
+    world.neighbors(RobotIndex(0), &near);
+    world.sensed(RobotIndex(0), &pieces);
     let mut tick = |tick: u64| {
         let x_m = tick as f64 * 0.01;
         world.piece(3, Piece { ax_m: x_m, bx_m: x_m, ay_m: 3.0, by_m: 3.0, radius_m: 0.2, ..Piece::default() });
         let odometry = Odometry { tick, stamp_ns: clock::now_ns(), x_m, goal_x_m: 9.0, ..Odometry::default() };
-        world.odometry(0, Odometry { flags: Odometry::FLAG_PRESENT, ..odometry });
+        world.odometry(RobotIndex(0), Odometry { flags: Odometry::FLAG_PRESENT, ..odometry });
         gate.open_tick(tick, 1, clock::now_ns());
         for (other, y_m) in others.iter_mut().zip(1..) {
             let flags = SharedPose::FLAG_SPOKEN;
             other.pose(SharedPose { tick, stamp_ns: clock::now_ns(), y_m: y_m.into(), flags, ..SharedPose::default() });
         }
-        while !gate.answered(seat(0), tick) {
+        while !gate.answered(instance(0), tick) {
             assert!(clock::now_ns() < deadline_ns && !agent.is_finished(), "the agent does not answer");
             gate.wait_answers(tick, Duration::from_millis(20));
         }
@@ -92,7 +93,7 @@ fn check(planner: &str) {
     assert_ne!(before, 0, "starting asks for memory, and it is counted");
     (100..500).for_each(&mut tick);
     let calls = CALLS.load(SeqCst) - before;
-    let heard = gate.heard(seat(0));
+    let heard = gate.heard(instance(0));
     gate.stop();
     let ended = agent.join().unwrap();
     drop((world, others));

@@ -5,7 +5,7 @@ use crate::node::Node;
 use crate::problems::{Report, known};
 use crate::robots;
 use crate::table::{self, Event as Keys, EventKind, Root};
-use model::{Clock, Radio, Robot, TimelineAction, TimelineEvent};
+use model::{Clock, Radio, Robot, Task, TimelineAction, TimelineEvent};
 use std::collections::{HashMap, HashSet};
 
 /// Ids of robots that enter later.
@@ -80,7 +80,9 @@ impl Stage<'_> {
             EventKind::Join => TimelineAction::Join { robot: robot? },
             EventKind::Leave => TimelineAction::Leave { robot: robot? },
             EventKind::Task => {
-                TimelineAction::Task { robot: robot?, goal: goal?.at, yaw_rad: goal?.yaw_rad, now: node.get(Keys::now) }
+                let goal = goal?;
+                let task = Task { goal: goal.at, yaw_rad: goal.yaw_rad, now: node.get(Keys::now) };
+                TimelineAction::Task { robot: robot?, task }
             }
             EventKind::Kill => TimelineAction::Kill { robot: robot? },
             EventKind::Pause => {

@@ -23,7 +23,7 @@ fn a_goal_may_have_a_heading() {
     assert_eq!(scenario(&robot("goal_m = [2, -4]")).robots[0].goal_yaw_rad, None);
     let task = "[[event]]\nkind = \"task\"\nat_s = 1\nrobot = \"a\"\ngoal_m = [1, 1, -3]\n";
     let tasked = scenario(&(robot("goal_m = [2, -4]") + task));
-    assert!(matches!(tasked.events[0].what, TimelineAction::Task { yaw_rad: Some(yaw_rad), .. } if yaw_rad == -3.0));
+    assert!(matches!(tasked.events[0].what, TimelineAction::Task { task, .. } if task.yaw_rad == Some(-3.0)));
 
     let point = "kind = \"point\"\ngoal_m = [2, 0, 1]".to_string();
     let point = robot(&point).replace("kind = \"unicycle\"\n", "");

@@ -3,7 +3,7 @@
 //! The same cores, the same order of things as in `lockstep`, without a process, a clock or shared memory. It is
 //! the fast way to try a method over many seeds, and the oracle that `lockstep` is held against.
 
-use model::{Outcome, Scenario, Seat};
+use model::{Outcome, RobotInstance, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::PosePair;
 use protocol::world_to_daemon::Notice;
@@ -15,7 +15,7 @@ use world_sim::World;
 
 /// One robot's process, were it one.
 struct Cell {
-    seat: Seat,
+    instance: RobotInstance,
     agent: Agent,
     board: PosePair,
 }
@@ -46,17 +46,17 @@ pub fn run_shown(
     let mut cells: Vec<Option<Cell>> = scenario.robots.iter().map(|_| None).collect();
     let mut heard: Vec<(NeighborRef, PosePair)> = Vec::new();
     let mut pieces: Vec<Piece> = Vec::new();
-    let mut answers: Vec<(Seat, AgentOutputs)> = Vec::new();
+    let mut answers: Vec<(RobotInstance, AgentOutputs)> = Vec::new();
 
     while !world.finished() {
         world.open(&mut |_| true);
         show(&world);
         answers.clear();
-        for seat in world.participants().to_vec() {
-            enter(&mut cells, scenario, seat)?;
+        for instance in world.participants().to_vec() {
+            enter(&mut cells, scenario, instance)?;
         }
-        for &seat in world.participants() {
-            let slot = seat.slot as usize;
+        for &instance in world.participants() {
+            let slot = instance.index.at();
             heard.clear();
             heard.extend(world.neighbors(slot).iter().filter_map(|who| Some((*who, board_of(&cells, *who)?))));
             pieces.clear();
@@ -69,13 +69,13 @@ pub fn run_shown(
                 time: Time::Ticks,
             });
             cell.board.push(outputs.pose);
-            answers.push((seat, outputs));
+            answers.push((instance, outputs));
         }
-        for (seat, outputs) in &answers {
-            world.planned(*seat, outputs.plan);
+        for (instance, outputs) in &answers {
+            world.planned(*instance, outputs.plan);
         }
-        world.close(&mut |seat| {
-            let index = answers.binary_search_by_key(&seat.slot, |(who, _)| who.slot).ok()?;
+        world.close(&mut |instance| {
+            let index = answers.binary_search_by_key(&instance.index, |(who, _)| who.index).ok()?;
             Some(answers[index].1.drive)
         });
         let notices = world.take_notices();
@@ -87,17 +87,17 @@ pub fn run_shown(
     Ok(world.outcome())
 }
 
-/// Starts the agent of a seat, unless it runs already. A new incarnation starts with an empty board.
-fn enter(cells: &mut [Option<Cell>], scenario: &Scenario, seat: Seat) -> Result<(), AgentError> {
-    let slot = seat.slot as usize;
-    if cells[slot].as_ref().is_none_or(|cell| cell.seat != seat) {
-        let agent = Agent::new(AgentSpec::new(scenario, &scenario.robots[slot], seat))?;
-        cells[slot] = Some(Cell { seat, agent, board: PosePair::default() });
+/// Starts the agent of a robot instance, unless it runs already. A new incarnation starts with an empty board.
+fn enter(cells: &mut [Option<Cell>], scenario: &Scenario, instance: RobotInstance) -> Result<(), AgentError> {
+    let slot = instance.index.at();
+    if cells[slot].as_ref().is_none_or(|cell| cell.instance != instance) {
+        let agent = Agent::new(AgentSpec::new(scenario, &scenario.robots[slot], instance))?;
+        cells[slot] = Some(Cell { instance, agent, board: PosePair::default() });
     }
     Ok(())
 }
 
 fn board_of(cells: &[Option<Cell>], who: NeighborRef) -> Option<PosePair> {
-    let cell = cells.get(who.slot as usize)?.as_ref()?;
-    (cell.seat.incarnation == who.incarnation).then_some(cell.board)
+    let cell = cells.get(who.index as usize)?.as_ref()?;
+    (cell.instance.incarnation == who.incarnation).then_some(cell.board)
 }

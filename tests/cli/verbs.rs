@@ -86,7 +86,7 @@ fn what_cannot_be_drawn_is_refused() {
     check(&mut all, "foreign.rec", &["foreign.rec", "not a record", "--record"]);
     check(&mut all, "empty.rec", &["not a record"]);
     check(&mut all, "changed.rec", &["damaged"]);
-    check(&mut all, "newer.rec", &["version 4", "reads version 3"]);
+    check(&mut all, "newer.rec", &["version 5", "reads version 4"]);
     check(&mut all, "nothing.rec", &["nothing.rec", "No such file"]);
     check(&mut all, "alone.json", &["not recorded", "--record"]);
     check(&mut all, "my.toml", &["not a record", "shoal run my.toml --record"]);

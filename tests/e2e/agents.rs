@@ -4,6 +4,7 @@ use crate::support::{
     Ended, PrivateShm, Run, SHOAL, assert_clean, is_gone, is_stopped, lanes, run, script, signal, wait_for,
 };
 use bus::descriptors;
+use model::RobotIndex;
 use rustix::process::{Signal, geteuid};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::Path;
@@ -84,7 +85,9 @@ fn agents_behind_wrappers_work_and_every_signal_reaches_them() {
 /// The process of the agent itself, by its announcement.
 fn agent_of(fleet: &mut crate::support::Fleet, slot: u32) -> u32 {
     let gate = fleet.gate();
-    wait_for("the agent's announcement", || gate.process(model::Seat { slot, incarnation: 0 }))
+    wait_for("the agent's announcement", || {
+        gate.process(model::RobotInstance { index: RobotIndex(slot), incarnation: 0 })
+    })
 }
 
 #[test]
@@ -243,7 +246,8 @@ fn what_a_process_has_open_is_what_was_reckoned() {
         let mut fleet = Run::scenario(&text).mode(mode).start();
         fleet.root();
         let gate = fleet.gate();
-        let all_hear = || (0..9).all(|slot| gate.heard(model::Seat { slot, incarnation: 0 }) == 8);
+        let all_hear =
+            || (0..9).all(|slot| gate.heard(model::RobotInstance { index: RobotIndex(slot), incarnation: 0 }) == 8);
         wait_for("everybody to hear everybody", || all_hear().then_some(()));
         let open = |pid: u32| std::fs::read_dir(format!("/proc/{pid}/fd")).unwrap().count() as u64;
         let check = |who: &str, pid: u32, need: u64| {

@@ -1,8 +1,9 @@
 //! What a fleet costs and how late it is: whose fault that was, seen by whoever looks, at no cost to the agents.
 
 use crate::support::{Fleet, Run, assert_clean, example, is_gone, lanes, run, shoal, signal, stop, wait_for};
-use bus::{Address, Counter, FrameSubscriber, Metric, Node, StatsSnapshot, clock, stats};
-use model::Seat;
+use bus::{Address, Counter, FrameSubscriber, Node, StatsSnapshot, clock, stats};
+use model::{Metric, RobotIndex, RobotInstance};
+use report::Blame;
 use rustix::process::Signal;
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use serde_json::Value;
@@ -74,10 +75,10 @@ fn after_the_last_tick_nothing_is_measured() {
     // The agents go on until the daemon tells them that the run is over.
     stop(fleet.daemon());
     wait_for("the world to end", || is_gone(world).then_some(()));
-    let seat = Seat { slot: 0, incarnation: 0 };
+    let instance = RobotInstance { index: RobotIndex(0), incarnation: 0 };
     let periods = |n: u64| {
-        let begun = gate.signs(seat);
-        wait_for("the agents to go on", || (gate.signs(seat) >= begun + n).then_some(()));
+        let begun = gate.signs(instance);
+        wait_for("the agents to go on", || (gate.signs(instance) >= begun + n).then_some(()));
     };
     let measured = || {
         let snapshot = snapshot(&address, 0);
@@ -229,8 +230,7 @@ fn an_agent_makes_one_system_call_a_period_watched_or_not() {
     let _ = trace.wait();
 
     let passed = |counter| after.counter(counter) - before.counter(counter);
-    let (periods, late) =
-        (passed(Counter::Periods), after.late().iter().sum::<u64>() - before.late().iter().sum::<u64>());
+    let (periods, late) = (passed(Counter::Periods), Blame::of(after.late()).late - Blame::of(before.late()).late);
     let of = |name: &str| text.lines().skip(begun).filter(|line| line.starts_with(name)).count() as u64;
     let (sleeps, looks) = (of("clock_nanosleep("), of("pread64("));
     assert!(periods >= 50 && sleeps <= periods + 3, "{sleeps} sleeps in {periods} periods");

@@ -2,7 +2,7 @@
 
 use crate::support::{PrivateShm, Run, assert_clean, lanes, run, shoal, signal, stop, wait_for};
 use bus::{Node, OrderSender};
-use model::Seat;
+use model::{RobotIndex, RobotInstance};
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::record::Record;
 use rustix::process::Signal;
@@ -174,7 +174,9 @@ fn an_order_about_nobody_silences_nobody() {
     for (slot, incarnation) in [(2, 0), (0, 7), (1, 1), (999, 0), (u32::MAX, u32::MAX)] {
         // The next life of `b` is among them, and the robot that is added below.
         let died = Absence::Died { signal: Some(9), code: None, words: String::new() };
-        orders.send(&Order::Absent { seat: Seat { slot, incarnation }, cause: died }).unwrap();
+        orders
+            .send(&Order::Absent { instance: RobotInstance { index: RobotIndex(slot), incarnation }, cause: died })
+            .unwrap();
     }
     fleet.gate().ring_world();
     drop((orders, node));

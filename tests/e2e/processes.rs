@@ -2,6 +2,7 @@
 
 use crate::support::{Run, assert_clean, is_stopped, lanes, signal, stop, wait_for};
 use bus::{Node, WorldObserver};
+use model::RobotIndex;
 use rustix::process::Signal;
 use std::collections::BTreeSet;
 
@@ -43,7 +44,7 @@ fn a_fleet_drives_on_while_its_daemon_is_stopped() {
     stop(daemon);
     let node = Node::new(&fleet.address(), "test").unwrap();
     let observer = WorldObserver::open(&node).unwrap();
-    let places = || (0..3).map(|slot| observer.odometry(slot).x_m).collect::<Vec<_>>();
+    let places = || (0..3).map(|slot| observer.odometry(RobotIndex(slot)).x_m).collect::<Vec<_>>();
     let before = places();
     wait_for("every robot to drive on", || places().iter().zip(&before).all(|(x, x0)| *x > x0 + 0.5).then_some(()));
     let gate = fleet.gate();

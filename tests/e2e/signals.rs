@@ -1,6 +1,7 @@
 //! Signals, and pipes that are not read: supervisors start, contain and end processes in their own ways.
 
 use crate::support::{Ended, Fleet, Run, assert_clean, example, lanes, run, shoal, signal, wait_for};
+use model::RobotIndex;
 use rustix::fs::{OFlags, fcntl_setfl};
 use rustix::io::Errno;
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, setrlimit};
@@ -163,8 +164,8 @@ fn nobody_waits_for_who_does_not_read_what_is_said() {
         };
         let pid = wait_for("the life of b", || incarnation(&mut fleet));
         let ready = fleet.gate();
-        let seat = model::Seat { slot: 1, incarnation: life };
-        wait_for("b to be ready", || ready.is_ready(seat).then_some(()));
+        let instance = model::RobotInstance { index: RobotIndex(1), incarnation: life };
+        wait_for("b to be ready", || ready.is_ready(instance).then_some(()));
         signal(pid, Signal::KILL);
     };
     // Restarts and answers do not wait for the reader.

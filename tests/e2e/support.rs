@@ -2,6 +2,7 @@
 
 use crate::places::Permit;
 use bus::{Address, Gate};
+use model::RobotIndex;
 use rustix::process::{Pid, Signal, geteuid, kill_process};
 use serde_json::Value;
 use shoal_tests::process::with_signals;
@@ -236,8 +237,8 @@ impl Fleet {
 
     /// Waits until a life of a robot is in the fleet.
     pub(crate) fn wait_ready(&mut self, slot: u32, incarnation: u32) {
-        let (gate, seat) = (self.gate(), model::Seat { slot, incarnation });
-        wait_for("the robot to be ready", || gate.is_ready(seat).then_some(()));
+        let (gate, instance) = (self.gate(), model::RobotInstance { index: RobotIndex(slot), incarnation });
+        wait_for("the robot to be ready", || gate.is_ready(instance).then_some(()));
     }
 
     /// What the run has said so far.

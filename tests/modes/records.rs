@@ -1,7 +1,7 @@
 //! The record of a run: the same from real processes as from one thread, whole or not there at all.
 
 use crate::support::{SHOAL, report_of, shoal};
-use model::Mode;
+use model::{Mode, RobotIndex};
 use protocol::record::{Body, Record};
 use rustix::process::Signal;
 use shoal_tests::process::{Place, Run, wait_for};
@@ -70,7 +70,7 @@ fn a_record_agrees_with_its_report() {
         // is not in its frame: the last move before that is not seen.
         let unseen = if robot["gone"] == "left" { 0.021 } else { 1e-6 };
         assert!((told - unseen..told + 0.2).contains(&driven), "{slot}: {driven} against {told}");
-        assert_eq!(record.robot(slot as u32).map(|robot| robot.id.as_str()), robot["id"].as_str());
+        assert_eq!(record.robot(RobotIndex::of(slot)).map(|robot| robot.id.as_str()), robot["id"].as_str());
     }
 }
 

@@ -40,12 +40,13 @@ const ONLY: [(&str, &[&str]); 9] = [
 ];
 
 /// Names that only these crates may write, and files if a room is larger than it should be.
-const NAMES: [(&str, &[&str]); 8] = [
+const NAMES: [(&str, &[&str]); 9] = [
     ("clap", &["cli"]),
     ("plotters", &["view"]),
     ("bincode", &["protocol/src/codec.rs"]),
     ("iceoryx2", &["bus", "protocol"]),
     ("toml", &["scenarios"]),
+    ("report::exit", &["cli"]),
     ("std::time", &["bus", "daemon", "cli", "robot-agent", "world-sim"]),
     ("std::fs", &["bus", "daemon", "cli", "robot-agent", "world-sim"]),
     ("std::process", &["bus", "daemon", "cli", "robot-agent", "world-sim"]),
@@ -129,4 +130,23 @@ fn a_circle_is_noticed() {
     ];
     assert_eq!(circles(&crate_of(&files).arrows()), [["a", "b"]], "through a name of the root, and out of a submodule");
     assert!(names("use clap::Parser;", "clap") && !names("use flapclap::Parser; my::clap::x", "clap"));
+}
+
+/// The walks of ARCHITECTURE.md, each step with the file that does it: the files exist, and there are no more than this.
+#[test]
+fn the_walks_of_the_architecture_are_short_and_lead_through_files_that_exist() {
+    let root = workspace_root();
+    let text = source::read(&root.join("ARCHITECTURE.md"));
+    for (title, most) in [("### A task, from the command line to the planner and back", 12), ("### A pose", 9)] {
+        let begin = text.find(title).unwrap_or_else(|| panic!("no section `{title}`"));
+        let rest = &text[begin + title.len()..];
+        let walk = &rest[..rest.find("\n#").unwrap_or(rest.len())];
+        let steps = walk.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit()));
+        assert!(steps.count() <= 10, "{title}: more than ten steps");
+        let files: BTreeSet<&str> =
+            walk.split('`').filter(|word| word.ends_with(".rs") && word.contains('/')).collect();
+        let missing: Vec<&&str> = files.iter().filter(|file| !root.join(file).is_file()).collect();
+        assert!(missing.is_empty() && files.len() > 4, "{title}: {missing:?}");
+        assert!(files.len() <= most, "{title}: {} files, {files:?}", files.len());
+    }
 }

@@ -48,7 +48,7 @@ pub(crate) fn code_of(folder: &Path) -> Vec<(String, String)> {
 }
 
 #[expect(clippy::disallowed_methods, reason = "a test of sources")]
-fn read(path: &Path) -> String {
+pub(crate) fn read(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 

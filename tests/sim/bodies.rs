@@ -1,7 +1,7 @@
 //! Every method gets out of a body what the body can: its speed, its slow turns, its reverse gear.
 
 use model::random::Stream;
-use model::{BodyKind, PlanState, Scenario};
+use model::{BodyKind, EventName, PlanState, Scenario};
 use planners::{METHODS, Method};
 use scenarios::{Overrides, parse};
 use shoal_tests::{Recording, seeds};
@@ -156,7 +156,8 @@ fn a_robot_has_arrived_when_it_looks_as_it_is_to() {
             geometry::wrap(frame.robot(0).expect("it is there").yaw_rad - yaw_rad).abs()
         };
         assert!(off(robot.arrived_tick.expect("it arrived"), -2.0) <= 0.1, "{}", method.name);
-        let first = recording.outcome.events.iter().find(|event| event.kind == "arrived").expect("it docked");
+        let first =
+            recording.outcome.events.iter().find(|event| event.kind.name() == EventName::Arrived).expect("it docked");
         assert!(first.tick < 1000 && off(first.tick, 1.57) <= 0.1, "{}: {first:?}", method.name);
     }
 }
@@ -218,12 +219,12 @@ fn a_method_that_finds_no_way_says_so() {
         let recording = scene(planner, params, 30);
         let robot = &recording.outcome.robots[0];
         assert!(!robot.arrived && robot.plan == PlanState::GaveUp, "{planner}: {robot:?}");
-        let events: Vec<_> = recording.events(0, "gave-up").collect();
+        let events: Vec<_> = recording.events(0, EventName::GaveUp).collect();
         assert!(events.len() == 1 && events[0].tick > 0, "{planner}: {events:?}");
         // It knew a way, or was looking for one, until then.
         let before_s = (events[0].tick / 50).max(1);
         let earlier = scene(planner, params, before_s as u32);
-        assert_eq!(earlier.events(0, "gave-up").count(), 0, "{planner}");
+        assert_eq!(earlier.events(0, EventName::GaveUp).count(), 0, "{planner}");
         let rows = [&recording, &earlier].map(|recording| recording.report().per_robot.remove(0));
         let words = rows.each_ref().map(|row| row.planner_state);
         let until_then = if planner == "liquid" { PlanState::Planning } else { PlanState::Ready };
@@ -255,7 +256,7 @@ fn lazy_bodies_stay_at_their_goals() {
             let scenario = with(&text, planners::find(name).expect("it exists"), &[]);
             let recording = Recording::of(&scenario);
             assert!(recording.outcome.robots[0].arrived, "{name}: {text}{:?}", recording.outcome.robots[0]);
-            assert_eq!(recording.events(0, "off-goal").count(), 0, "{name}: {text}");
+            assert_eq!(recording.events(0, EventName::OffGoal).count(), 0, "{name}: {text}");
         });
     }
 }

@@ -1,5 +1,6 @@
 //! Faults of the radio: they change what happens, from the tick at which they begin, and always in the same way.
 
+use model::EventName;
 use scenarios::Overrides;
 use shoal_tests::{Recording, build, catalog, scenario, seeds};
 
@@ -129,9 +130,10 @@ fn a_fault_begins_at_its_tick() {
     for (fault, shows_after) in [("delay_ticks = 6", 1), ("noise_m = 0.1", 1), ("drop = 1", 1)] {
         let faulty = head_on(&format!("[[event]]\nat_s = 2\nkind = \"radio\"\n{fault}"));
         assert_eq!(quiet.first_difference(&faulty), Some(100 + shows_after), "{fault}");
-        let noted: Vec<_> = faulty.outcome.events.iter().filter(|event| event.kind == "radio").collect();
+        let noted: Vec<_> =
+            faulty.outcome.events.iter().filter(|event| event.kind.name() == EventName::Radio).collect();
         assert_eq!(noted.len(), 1);
-        assert_eq!((noted[0].tick, noted[0].slot), (100, None), "{fault}");
+        assert_eq!((noted[0].tick, noted[0].robot), (100, None), "{fault}");
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the timeline does to robots, seen from outside: who is where, at exactly which tick.
 
+use model::{EventKind, EventName, Gone, Partner, RobotIndex};
 use nalgebra::Point2;
 use shoal_tests::recording::{at, has_arrived, is_silent};
 use shoal_tests::{Recording, build, scenario, seeds};
@@ -58,8 +59,8 @@ fn a_killed_robot_stays_and_is_avoided() {
         assert_eq!(report.outcome.arrived, 5, "{:#?}", report.unmet);
         assert_eq!(report.outcome.robot_contacts, 0, "{:#?}", report.unmet);
         assert!(!report.outcome.arrived_all && report.outcome.makespan_s.is_none());
-        assert_eq!(report.per_robot[0].gone.as_deref(), Some("dead"));
-        assert_eq!(run.events(0, "killed").map(|event| event.tick).collect::<Vec<_>>(), [250]);
+        assert_eq!(report.per_robot[0].gone, Some(Gone::Dead));
+        assert_eq!(run.events(0, EventName::Killed).map(|event| event.tick).collect::<Vec<_>>(), [250]);
     });
 }
 
@@ -98,7 +99,7 @@ fn a_robot_that_leaves_is_gone_from_its_tick_on() {
         let report = run.report();
         assert!(report.outcome.arrived_all, "a robot that left owes nothing: {:#?}", report.unmet);
         assert_eq!(report.outcome.arrived, 5);
-        assert_eq!(report.per_robot[2].gone.as_deref(), Some("left"));
+        assert_eq!(report.per_robot[2].gone, Some(Gone::Left));
         assert_eq!(report.exit_code, 0, "{:#?}", report.unmet);
     });
 }
@@ -120,8 +121,8 @@ fn a_paused_robot_stands_still_for_exactly_its_ticks() {
         assert!(!is_silent(body) && at(body) != place, "{ticks} ticks: it goes on");
         let report = run.report();
         assert!(report.outcome.arrived_all && report.outcome.robot_contacts == 0, "{:#?}", report.unmet);
-        assert_eq!(run.events(1, "paused").map(|event| event.tick).collect::<Vec<_>>(), [from]);
-        assert_eq!(run.events(1, "resumed").map(|event| event.tick).collect::<Vec<_>>(), [until]);
+        assert_eq!(run.events(1, EventName::Paused).map(|event| event.tick).collect::<Vec<_>>(), [from]);
+        assert_eq!(run.events(1, EventName::Resumed).map(|event| event.tick).collect::<Vec<_>>(), [until]);
         assert_eq!(report.per_robot[1].incarnation, 0, "the same life");
     }
 }
@@ -146,7 +147,7 @@ fn a_killed_robot_comes_back_as_its_next_life() {
             assert!((died + 1..=back).all(|tick| run.position(tick, 4) == place), "it stands where it fell");
             assert!(run.position(back + 1, 4) != place, "it goes on at tick {back}");
         }
-        assert_eq!(run.events(4, "restarted").map(|event| event.tick).collect::<Vec<_>>(), [175, 275]);
+        assert_eq!(run.events(4, EventName::Restarted).map(|event| event.tick).collect::<Vec<_>>(), [175, 275]);
         let report = run.report();
         assert_eq!(report.per_robot[4].incarnation, 2);
         assert_eq!(report.exit_code, 0, "{:#?}", report.unmet);
@@ -159,7 +160,7 @@ fn the_last_life_is_the_last() {
     let run = ring(1, &(event(3.0, "kill", "r04", "") + &event(5.0, "kill", "r04", "")), defaults);
     let place = run.position(250, 4);
     assert!((251..=run.outcome.ticks).all(|tick| run.position(tick, 4) == place));
-    assert_eq!(run.report().per_robot[4].gone.as_deref(), Some("dead"));
+    assert_eq!(run.report().per_robot[4].gone, Some(Gone::Dead));
 }
 
 /// Before it joins there is nothing of it: not for sensors, not for the radio, not for the clock.
@@ -177,7 +178,7 @@ fn a_late_joiner_is_nobody_before_its_tick() {
     assert!(with.frames[160..].iter().zip(&without.frames[160..]).any(|(a, b)| a.robot(0) != b.robot(0)));
     let report = with.report();
     let late = &report.per_robot[2];
-    let arrived = with.events(2, "arrived").next().expect("it arrives").tick;
+    let arrived = with.events(2, EventName::Arrived).next().expect("it arrives").tick;
     assert_eq!(late.time_s, Some((arrived - 150) as f64 * 0.02), "its time counts from when it joined");
     assert_eq!(report.exit_code, 0, "{:#?}", report.unmet);
 }
@@ -189,8 +190,10 @@ fn joining_inside_another_body_is_one_contact() {
     let run = run(&(robots + &event(1.0, "join", "late", "")));
     assert_eq!(run.outcome.robot_contacts, 1);
     assert_eq!(run.outcome.robots.iter().map(|robot| robot.contacts).collect::<Vec<_>>(), [1, 1]);
-    let contact = run.outcome.events.iter().find(|event| event.kind == "contact").expect("it is in the log");
-    assert_eq!((contact.tick, contact.detail.as_str()), (50, "with late"));
+    let contact =
+        run.outcome.events.iter().find(|event| event.kind.name() == EventName::Contact).expect("it is in the log");
+    assert_eq!(contact.tick, 50);
+    assert!(matches!(contact.kind, EventKind::Contact { with: Partner::Robot(RobotIndex(1)), .. }), "{contact:?}");
     assert!(run.report().outcome.arrived_all);
 }
 
@@ -211,7 +214,7 @@ fn tasks_queue_or_take_over() {
     assert_eq!(reached(&at_once, Point2::new(0.0, 0.0)), None, "forgotten");
     assert!(at_once.report().outcome.arrived_all);
     let late = run(&(a + &event(20.0, "task", "a", "goal_m = [0, 3]")));
-    let arrivals: Vec<u64> = late.events(0, "arrived").map(|event| event.tick).collect();
+    let arrivals: Vec<u64> = late.events(0, EventName::Arrived).map(|event| event.tick).collect();
     assert_eq!(arrivals.len(), 2, "it arrives, is sent on, and arrives again");
     let report = late.report();
     assert_eq!(report.outcome.makespan_s, Some(arrivals[1] as f64 * 0.02), "up to its last goal");
@@ -223,8 +226,8 @@ fn tasks_that_a_robot_cannot_keep_are_in_the_report() {
     let tasks: String =
         (0..70).map(|i| event(1.0, "task", "a", &format!("goal_m = [{}, 5]", f64::from(i) * 0.05))).collect();
     let run = run(&(robot("a", [-6.0, 0.0], [0.0, 0.0]) + &tasks));
-    let (taken, ignored) = (run.events(0, "task").count(), run.events(0, "ignored").count());
+    let (taken, ignored) = (run.events(0, EventName::Task).count(), run.events(0, EventName::Ignored).count());
     assert_eq!((taken, ignored), (64, 6), "as many wait as a robot keeps");
-    let told = run.report().events.into_iter().filter(|event| event.kind == "ignored");
+    let told = run.report().events.into_iter().filter(|event| event.kind == EventName::Ignored);
     assert!(told.into_iter().all(|event| event.detail == "timeline: too many goals are waiting"));
 }

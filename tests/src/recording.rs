@@ -1,6 +1,6 @@
 //! A whole fleet in one thread, every tick of it kept.
 
-use model::{Event, Outcome, Scenario};
+use model::{Event, EventName, Outcome, RobotIndex, Scenario};
 use nalgebra::Point2;
 use protocol::world_to_observer::FrameBody;
 use report::{Report, RunFacts};
@@ -109,8 +109,11 @@ impl Recording {
     }
 
     /// The entries of the log about a robot, of one kind.
-    pub fn events(&self, slot: usize, kind: &str) -> impl Iterator<Item = &Event> {
-        self.outcome.events.iter().filter(move |event| event.slot == Some(slot as u32) && event.kind == kind)
+    pub fn events(&self, slot: usize, kind: EventName) -> impl Iterator<Item = &Event> {
+        self.outcome
+            .events
+            .iter()
+            .filter(move |event| event.robot == Some(RobotIndex::of(slot)) && event.kind.name() == kind)
     }
 
     /// The first tick at which two recordings show different things; `None` if they show the same.

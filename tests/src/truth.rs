@@ -64,10 +64,10 @@ pub fn recompute(scenario: &Scenario, frames: &[Frame]) -> Truth {
         let tick = before.tick;
         assert_eq!(after.tick, tick + 1, "a frame is missing");
         for event in scenario.events.iter().filter(|event| event.tick == tick) {
-            if let TimelineAction::Task { robot, goal, now, .. } = event.what
+            if let TimelineAction::Task { robot, task } = event.what
                 && after.robot(robot).is_some()
             {
-                referees[robot].task(goal, now);
+                referees[robot].task(task.goal, task.now);
             }
         }
 

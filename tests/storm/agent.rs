@@ -3,7 +3,7 @@
 use crate::dice::MS;
 use crate::shared::{Board, Shared};
 use daemon::coordinator::Ending;
-use model::{Mode, Seat};
+use model::{Mode, RobotIndex, RobotInstance};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::PosePair;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -17,7 +17,7 @@ pub(crate) enum Next {
     /// It sleeps until then, or until it is called.
     Sleep(u64),
     /// It ends; `deaf_to` says whom it could not hear, if that is why.
-    End { ending: Ending, deaf_to: Option<u32> },
+    End { ending: Ending, deaf_to: Option<RobotIndex> },
 }
 
 /// What the machine holds for a process that starts.
@@ -51,7 +51,7 @@ enum Saying {
 }
 
 pub(crate) struct AgentProcess {
-    seat: Seat,
+    instance: RobotInstance,
     agent: Agent,
     mode: Mode,
     fate: Fate,
@@ -68,7 +68,7 @@ pub(crate) struct AgentProcess {
 impl AgentProcess {
     pub(crate) fn new(spec: AgentSpec, fate: Fate) -> AgentProcess {
         AgentProcess {
-            seat: spec.seat,
+            instance: spec.instance,
             mode: spec.clock.mode,
             agent: Agent::new(spec).expect("the method exists"),
             fate,
@@ -98,7 +98,7 @@ impl AgentProcess {
             return Next::Sleep(FOREVER);
         }
         if shared.memory.start_ns.is_none() {
-            shared.memory.slots[self.seat.slot as usize].met = Some(self.seat.incarnation);
+            shared.memory.slots[self.instance.index.at()].met = Some(self.instance.incarnation);
             shared.calls.world = true;
         }
         self.stage = Stage::AwaitStart;
@@ -108,7 +108,7 @@ impl AgentProcess {
     fn find_phase(&mut self, shared: &mut Shared) -> Next {
         let Some(start_ns) = shared.memory.start_ns else { return Next::Sleep(FOREVER) };
         let (period_ns, phases) = (self.period_ns(), u64::from(self.agent.spec().max_robots) + 1);
-        let first_ns = start_ns + period_ns * (u64::from(self.seat.slot) + 1) / phases;
+        let first_ns = start_ns + period_ns * (u64::from(self.instance.index.0) + 1) / phases;
         self.due_ns = first_ns + shared.now.saturating_sub(first_ns).div_ceil(period_ns) * period_ns;
         self.stage = Stage::Serving;
         Next::Sleep(self.due_ns)
@@ -121,9 +121,9 @@ impl AgentProcess {
             Fate::Well | Fate::Deaf | Fate::Mute => {}
         }
         let board = Board { is_readable: self.fate != Fate::Mute, ..Board::default() };
-        let new = shared.memory.boards.insert(self.seat, board);
-        assert!(new.is_none(), "{:?} has a board already", self.seat);
-        shared.memory.slots[self.seat.slot as usize].ready = Some(self.seat.incarnation);
+        let new = shared.memory.boards.insert(self.instance, board);
+        assert!(new.is_none(), "{:?} has a board already", self.instance);
+        shared.memory.slots[self.instance.index.at()].ready = Some(self.instance.incarnation);
         shared.calls.world = true;
         self.stage = if self.mode == Mode::Realtime { Stage::AwaitMeeting } else { Stage::Serving };
         Next::Sleep(shared.now + MS)
@@ -133,7 +133,7 @@ impl AgentProcess {
         if self.saying.is_some() {
             return self.say(shared);
         }
-        let odometry = shared.memory.odometry[self.seat.slot as usize];
+        let odometry = shared.memory.odometry[self.instance.index.at()];
         let counts = match self.mode {
             Mode::Realtime if shared.now < self.due_ns => return Next::Sleep(self.due_ns),
             Mode::Realtime => shared.now.saturating_sub(odometry.stamp_ns) <= self.odometry_age_ns_max(),
@@ -145,11 +145,11 @@ impl AgentProcess {
                 Some(odometry.tick) == self.last
             }
         };
-        match duty(self.seat, &odometry, counts) {
+        match duty(self.instance, &odometry, counts) {
             Duty::Wait => self.rest(shared),
             Duty::Leave => ends(0, None),
             Duty::ShowLife => {
-                shared.memory.slots[self.seat.slot as usize].signs += 1;
+                shared.memory.slots[self.instance.index.at()].signs += 1;
                 self.rest(shared)
             }
             Duty::Plan => self.plan(shared, odometry),
@@ -167,14 +167,14 @@ impl AgentProcess {
     }
 
     fn plan(&mut self, shared: &mut Shared, odometry: Odometry) -> Next {
-        let (memory, slot) = (&shared.memory, self.seat.slot as usize);
+        let (memory, slot) = (&shared.memory, self.instance.index.at());
         self.heard.clear();
         self.heard.extend(memory.neighbors[slot].iter().filter_map(|who| {
-            let seat = Seat { slot: who.slot, incarnation: who.incarnation };
-            Some((*who, memory.boards.get(&seat)?.poses))
+            let instance = RobotInstance::from(*who);
+            Some((*who, memory.boards.get(&instance)?.poses))
         }));
         if let (Fate::Deaf, false, Some((who, _))) = (self.fate, shared.calm, self.heard.first()) {
-            return ends(3, Some(who.slot));
+            return ends(3, Some(RobotIndex(who.index)));
         }
         self.pieces.clear();
         self.pieces.extend(memory.sensed[slot].iter().map(|index| memory.pieces[usize::from(*index)]));
@@ -189,8 +189,8 @@ impl AgentProcess {
 
     fn say(&mut self, shared: &mut Shared) -> Next {
         while let Some((saying, outputs, odometry)) = &mut self.saying {
-            let board = shared.memory.boards.get_mut(&self.seat).expect("its process made it");
-            let slot = &mut shared.memory.slots[self.seat.slot as usize];
+            let board = shared.memory.boards.get_mut(&self.instance).expect("its process made it");
+            let slot = &mut shared.memory.slots[self.instance.index.at()];
             match saying {
                 Saying::Pose => {
                     outputs.pose.stamp_ns = shared.now;
@@ -204,7 +204,7 @@ impl AgentProcess {
                 Saying::Answer => {
                     match self.mode {
                         Mode::Realtime => slot.signs += 1,
-                        _ => slot.answer = Some((self.seat, odometry.tick)),
+                        _ => slot.answer = Some((self.instance, odometry.tick)),
                     }
                     shared.calls.world = self.mode != Mode::Realtime;
                     self.saying = None;
@@ -227,6 +227,6 @@ impl AgentProcess {
     }
 }
 
-fn ends(code: i32, deaf_to: Option<u32>) -> Next {
+fn ends(code: i32, deaf_to: Option<RobotIndex>) -> Next {
     Next::End { ending: Ending { signal: None, code: Some(code) }, deaf_to }
 }

@@ -6,7 +6,7 @@ use crate::plan::START_LIMIT_MS;
 use crate::shared::Shared;
 use bus::queue::BACKLOG_MAX;
 use daemon::coordinator::{State, WAITING_MAX};
-use model::{Drive, Mode, Seat};
+use model::{Drive, EventKind, EventName, Mode, RobotIndex, RobotInstance};
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::Notice;
 use std::collections::BTreeMap;
@@ -22,19 +22,19 @@ const WAITS_NS: u64 = 2 * START_LIMIT_MS * MS + 5000 * MS;
 /// What was seen at the last opening.
 #[derive(Default)]
 pub(crate) struct Checks {
-    participants: Vec<Seat>,
+    participants: Vec<RobotInstance>,
     states: Vec<RobotState>,
     /// Those whom the world waits for before it opens a tick, and since when, as the daemon's time goes.
-    awaited: BTreeMap<Seat, u64>,
+    awaited: BTreeMap<RobotInstance, u64>,
 }
 
 impl Checks {
     /// The world never waits without a bound: a process that does not come up is given up.
-    pub(crate) fn waited(&mut self, missing: &[Seat], daemon_awake_ns: u64) {
-        self.awaited.retain(|seat, _| missing.contains(seat));
-        for seat in missing {
-            let waits_ns = daemon_awake_ns - *self.awaited.entry(*seat).or_insert(daemon_awake_ns);
-            assert!(waits_ns <= WAITS_NS, "the world has been waiting for {seat:?} for {} ms", waits_ns / MS);
+    pub(crate) fn waited(&mut self, missing: &[RobotInstance], daemon_awake_ns: u64) {
+        self.awaited.retain(|instance, _| missing.contains(instance));
+        for instance in missing {
+            let waits_ns = daemon_awake_ns - *self.awaited.entry(*instance).or_insert(daemon_awake_ns);
+            assert!(waits_ns <= WAITS_NS, "the world has been waiting for {instance:?} for {} ms", waits_ns / MS);
         }
     }
 
@@ -42,16 +42,19 @@ impl Checks {
     pub(crate) fn opened(&mut self, world: &World, notices: &[Notice]) {
         let tick = world.tick();
         let entered = notices.iter().filter_map(|notice| match notice {
-            Notice::Entered { seat, tick } => Some((*seat, *tick)),
+            Notice::Entered { instance, tick } => Some((*instance, *tick)),
             _ => None,
         });
-        let new = world.participants().iter().filter(|seat| !self.participants.contains(seat));
-        let (entered, new): (Vec<_>, Vec<_>) = (entered.collect(), new.map(|seat| (*seat, tick)).collect());
+        let new = world.participants().iter().filter(|instance| !self.participants.contains(instance));
+        let (entered, new): (Vec<_>, Vec<_>) = (entered.collect(), new.map(|instance| (*instance, tick)).collect());
         assert_eq!(entered, new, "tick {tick}: those who were said to enter, and those who take part");
-        for seat in world.participants() {
-            for who in world.neighbors(seat.slot as usize) {
-                let who = Seat { slot: who.slot, incarnation: who.incarnation };
-                assert!(self.participants.contains(&who), "tick {tick}: {seat:?} hears {who:?}, who has not spoken");
+        for instance in world.participants() {
+            for who in world.neighbors(instance.index.at()) {
+                let who = RobotInstance::from(*who);
+                assert!(
+                    self.participants.contains(&who),
+                    "tick {tick}: {instance:?} hears {who:?}, who has not spoken"
+                );
             }
         }
         self.participants = world.participants().to_vec();
@@ -59,17 +62,17 @@ impl Checks {
     }
 
     /// No robot comes or goes while a tick is open, and a robot that was given a command moves.
-    pub(crate) fn closed(&self, world: &World, commands: &[(Seat, Option<Command>)]) {
+    pub(crate) fn closed(&self, world: &World, commands: &[(RobotInstance, Option<Command>)]) {
         let tick = world.tick() - 1;
         let change = states(world).into_iter().zip(&self.states).position(|(now, then)| now != *then);
         assert_eq!(change, None, "tick {tick}: the robot of this slot changed in the middle of a tick");
-        for (seat, command) in commands {
-            let odometry = world.odometry(seat.slot as usize);
+        for (instance, command) in commands {
+            let odometry = world.odometry(instance.index.at());
             let moves = odometry.vx_mps != 0.0 || odometry.vy_mps != 0.0;
             match command.and_then(|command| command.drive()) {
-                None => assert!(!moves, "tick {tick}: {seat:?} was given no command, and moves"),
+                None => assert!(!moves, "tick {tick}: {instance:?} was given no command, and moves"),
                 Some(Drive::Velocity(wish)) if wish.norm() > 0.0 => {
-                    assert!(moves, "tick {tick}: {seat:?} was given a command, and stands");
+                    assert!(moves, "tick {tick}: {instance:?} was given a command, and stands");
                 }
                 Some(_) => {}
             }
@@ -81,25 +84,25 @@ impl Checks {
         &self,
         world: &World,
         mode: Mode,
-        commands: &[(Seat, Option<Command>)],
+        commands: &[(RobotInstance, Option<Command>)],
         shared: &Shared,
         timeout_ns: u64,
     ) {
         let tick = world.tick();
-        let seats: Vec<Seat> = commands.iter().map(|(seat, _)| *seat).collect();
-        assert_eq!(seats, self.participants, "tick {tick}: commands are for those who take part");
-        for (seat, command) in commands {
-            let is_readable = shared.memory.boards.get(seat).is_some_and(|board| board.is_readable);
-            let answered = is_readable && shared.memory.answered(*seat, tick);
+        let instances: Vec<RobotInstance> = commands.iter().map(|(instance, _)| *instance).collect();
+        assert_eq!(instances, self.participants, "tick {tick}: commands are for those who take part");
+        for (instance, command) in commands {
+            let is_readable = shared.memory.boards.get(instance).is_some_and(|board| board.is_readable);
+            let answered = is_readable && shared.memory.answered(*instance, tick);
             if mode == Mode::Lockstep {
-                assert_eq!(answered, command.is_some(), "tick {tick}: {seat:?} has answered, its command counts");
+                assert_eq!(answered, command.is_some(), "tick {tick}: {instance:?} has answered, its command counts");
             }
             let Some(command) = command else { continue };
-            assert_eq!(command.incarnation, seat.incarnation, "tick {tick}: {seat:?} is moved by another life");
-            assert_eq!(Some(*command), shared.memory.boards.get(seat).map(|board| board.command));
+            assert_eq!(command.incarnation, instance.incarnation, "tick {tick}: {instance:?} is moved by another life");
+            assert_eq!(Some(*command), shared.memory.boards.get(instance).map(|board| board.command));
             match mode {
                 Mode::Realtime => assert!(command.odometry_stamp_ns + timeout_ns >= shared.now),
-                _ => assert_eq!(command.tick, tick, "{seat:?} is moved by what it said for another tick"),
+                _ => assert_eq!(command.tick, tick, "{instance:?} is moved by what it said for another tick"),
             }
         }
     }
@@ -150,15 +153,17 @@ pub(crate) fn agreement(fleet: &Fleet) {
     let (world, coordinator) = (&fleet.world.world, &fleet.daemon.coordinator);
     assert_eq!(coordinator.unanswered(), 0, "the world has done all that it was asked for, and has not said so");
     for (slot, member) in coordinator.members().iter().enumerate() {
-        let Some((seat, state)) = world.state(slot) else {
+        let Some((instance, state)) = world.state(slot) else {
             assert_eq!(member.state, State::Refused, "slot {slot}: the world does not know this robot");
             continue;
         };
-        let runs = fleet.kernel.processes.iter().any(|process| process.seat == seat);
-        let same = member.seat == seat;
+        let runs = fleet.kernel.processes.iter().any(|process| process.instance == instance);
+        let same = member.instance == instance;
         let fits = match (state, member.state) {
             (RobotState::Vacant, State::Refused) => !runs,
-            (RobotState::Awaited { .. } | RobotState::Dead { returns: Some(_) }, now) if world.has_process(seat) => {
+            (RobotState::Awaited { .. } | RobotState::Dead { returns: Some(_) }, now)
+                if world.has_process(instance) =>
+            {
                 same && runs && matches!(now, State::Starting | State::Stopped)
             }
             (RobotState::Awaited { .. } | RobotState::Dead { returns: Some(_) }, State::Awaited | State::Dead) => !runs,
@@ -168,11 +173,15 @@ pub(crate) fn agreement(fleet: &Fleet) {
             (RobotState::Left, State::Left) => true,
             _ => false,
         };
-        assert!(fits, "slot {slot}: the world says {seat:?} {state:?}, process: {runs}; the coordinator {member:?}");
+        assert!(
+            fits,
+            "slot {slot}: the world says {instance:?} {state:?}, process: {runs}; the coordinator {member:?}"
+        );
     }
     for process in &fleet.kernel.processes {
-        let known = coordinator.members().iter().any(|member| member.seat == process.seat && member.pid.is_some());
-        assert!(known, "the process of {:?} belongs to no robot", process.seat);
+        let known =
+            coordinator.members().iter().any(|member| member.instance == process.instance && member.pid.is_some());
+        assert!(known, "the process of {:?} belongs to no robot", process.instance);
     }
 }
 
@@ -180,25 +189,26 @@ pub(crate) fn agreement(fleet: &Fleet) {
 pub(crate) fn nobody_is_lost(fleet: &Fleet) {
     let world = &fleet.world.world;
     for slot in 0..world.slots() {
-        let Some((seat, state)) = world.state(slot) else { continue };
+        let Some((instance, state)) = world.state(slot) else { continue };
         let Some(robot) = world.robot(slot) else { continue };
-        let said = |kinds: &[&str]| {
-            let mut events = world.events().iter().filter(|event| event.slot == Some(slot as u32));
-            events.any(|event| kinds.contains(&event.kind.as_str()))
+        let said = |kinds: &[EventName]| {
+            let mut events = world.events().iter().filter(|event| event.robot == Some(RobotIndex::of(slot)));
+            events.any(|event| kinds.contains(&event.kind.name()))
         };
         let is_fine = match state {
             RobotState::Present { .. } => true,
-            RobotState::Left => said(&["left"]),
-            RobotState::Dropped => said(&["dropped"]),
+            RobotState::Left => said(&[EventName::Left]),
+            RobotState::Dropped => said(&[EventName::Dropped]),
             RobotState::Dead { returns: None } => {
-                seat.incarnation == robot.restart.limit && said(&["died", "killed", "not-started", "deaf"])
+                instance.incarnation == robot.restart.limit
+                    && said(&[EventName::Died, EventName::Killed, EventName::NotStarted, EventName::Deaf])
             }
             _ => false,
         };
-        assert!(is_fine, "robot {} is lost: {seat:?}, {state:?}, restarts {:?}", robot.id, robot.restart);
+        assert!(is_fine, "robot {} is lost: {instance:?}, {state:?}, restarts {:?}", robot.id, robot.restart);
     }
     for process in fleet.kernel.processes.iter().filter(|process| process.lives()) {
-        assert!(world.has_process(process.seat), "the process of {:?} is not wanted", process.seat);
+        assert!(world.has_process(process.instance), "the process of {:?} is not wanted", process.instance);
     }
 }
 
@@ -214,8 +224,11 @@ pub(crate) fn tasks_are_kept(fleet: &Fleet) {
     let world = &fleet.world.world;
     for slot in 0..world.slots() {
         let Some(robot) = world.robot(slot) else { continue };
-        let mut tasks = world.events().iter().filter(|event| event.slot == Some(slot as u32) && event.kind == "task");
-        if tasks.clone().any(|event| event.detail.contains("now")) {
+        let mut tasks = world
+            .events()
+            .iter()
+            .filter(|event| event.robot == Some(RobotIndex::of(slot)) && event.kind.name() == EventName::Task);
+        if tasks.clone().any(|event| matches!(event.kind, EventKind::Task { task, .. } if task.now)) {
             continue;
         }
         let (given, odometry) = (robot.goals.len() + tasks.by_ref().count(), world.odometry(slot));

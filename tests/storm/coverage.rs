@@ -1,6 +1,6 @@
 //! What happened in storms: a storm in which nothing happens proves nothing.
 
-use model::Event;
+use model::{Event, EventKind};
 use std::fmt;
 
 macro_rules! coverage {
@@ -75,15 +75,15 @@ impl Coverage {
     /// Takes in what the log of a run says.
     pub(crate) fn count(&mut self, events: &[Event]) {
         for event in events {
-            match (event.kind.as_str(), event.detail.as_str()) {
-                ("joined", _) => self.joins += u64::from(event.tick > 0),
-                ("restarted", _) => self.restarts += 1,
-                ("killed", _) => self.timeline_kills += 1,
-                ("paused", _) => self.timeline_pauses += 1,
-                ("left", _) => self.leaves += 1,
-                ("held", _) => self.held += 1,
-                ("dropped", _) => self.dropped += 1,
-                ("resumed", "answers again") => self.back += 1,
+            match event.kind {
+                EventKind::Joined { .. } => self.joins += u64::from(event.tick > 0),
+                EventKind::Restarted { .. } => self.restarts += 1,
+                EventKind::Killed => self.timeline_kills += 1,
+                EventKind::Paused { .. } => self.timeline_pauses += 1,
+                EventKind::Left => self.leaves += 1,
+                EventKind::Held { .. } => self.held += 1,
+                EventKind::Dropped { .. } => self.dropped += 1,
+                EventKind::Resumed { held: true, .. } => self.back += 1,
                 _ => {}
             }
         }

@@ -40,7 +40,7 @@ pub(crate) struct Daemon {
     awaiting: Vec<Awaiting>,
     turned_at: u64,
     /// Every life that it has started.
-    started: BTreeSet<model::Seat>,
+    started: BTreeSet<model::RobotInstance>,
     /// Requests for the end that it has not seen yet.
     pub(crate) interrupts: u32,
     pub(crate) has_finished: bool,
@@ -89,19 +89,19 @@ impl Daemon {
         self.flush(shared);
         let memory = &shared.memory;
         let now = Duration::from_nanos(shared.now);
-        self.coordinator.time(now, &|seat| memory.is_ready(seat), &|_| Duration::ZERO);
+        self.coordinator.time(now, &|instance| memory.is_ready(instance), &|_| Duration::ZERO);
         self.act(kernel, operators, shared);
         let longest_ns = self.awaiting.first().map_or(0, |awaiting| shared.daemon_awake_ns - awaiting.since_ns);
         assert!(longest_ns <= PATIENCE_NS, "an operator has been waiting for {} ms", longest_ns / MS);
     }
 
     fn reap(&mut self, kernel: &mut Kernel, shared: &Shared) {
-        for (seat, change, deaf_to) in kernel.reap() {
-            shared.tell(|| format!("daemon: {seat:?} {change:?}"));
+        for (instance, change, deaf_to) in kernel.reap() {
+            shared.tell(|| format!("daemon: {instance:?} {change:?}"));
             match change {
-                Change::Ended(ending) => self.coordinator.exited(seat, ending, None, deaf_to),
-                Change::Stopped => self.coordinator.stopped(seat),
-                Change::Continued => self.coordinator.continued(seat),
+                Change::Ended(ending) => self.coordinator.exited(instance, ending, None, deaf_to),
+                Change::Stopped => self.coordinator.stopped(instance),
+                Change::Continued => self.coordinator.continued(instance),
             }
         }
     }
@@ -152,17 +152,17 @@ impl Daemon {
                     shared.tell(|| format!("daemon: {action:?}"));
                 }
                 match action {
-                    Action::Spawn(seat) => {
-                        assert!(self.started.insert(seat), "{seat:?} is started twice");
-                        let Some(robot) = self.coordinator.scenario().robots.get(seat.slot as usize) else { continue };
-                        let spec = AgentSpec::new(self.coordinator.scenario(), robot, seat);
+                    Action::Spawn(instance) => {
+                        assert!(self.started.insert(instance), "{instance:?} is started twice");
+                        let Some(robot) = self.coordinator.scenario().robots.get(instance.index.at()) else { continue };
+                        let spec = AgentSpec::new(self.coordinator.scenario(), robot, instance);
                         match kernel.spawn(spec, shared) {
-                            Ok(pid) => self.coordinator.spawned(seat, pid, Duration::from_nanos(shared.now)),
-                            Err(problem) => self.coordinator.not_spawned(seat, problem),
+                            Ok(pid) => self.coordinator.spawned(instance, pid, Duration::from_nanos(shared.now)),
+                            Err(problem) => self.coordinator.not_spawned(instance, problem),
                         }
                     }
-                    Action::Signal(seat, signal) => {
-                        if let Some(pid) = self.coordinator.members()[seat.slot as usize].pid {
+                    Action::Signal(instance, signal) => {
+                        if let Some(pid) = self.coordinator.members()[instance.index.at()].pid {
                             kernel.signal(pid, signal, shared);
                         }
                     }

@@ -5,7 +5,7 @@ use crate::dice::MS;
 use crate::shared::Shared;
 use daemon::coordinator::{Ending, Signal};
 use daemon::processes::Change;
-use model::Seat;
+use model::{RobotIndex, RobotInstance};
 use protocol::daemon_to_robot::AgentSpec;
 
 const KILLED: Ending = Ending { signal: Some(9), code: None };
@@ -13,7 +13,7 @@ const KILLED: Ending = Ending { signal: Some(9), code: None };
 /// A process that has not been reaped.
 pub(crate) struct Process {
     pub(crate) pid: u32,
-    pub(crate) seat: Seat,
+    pub(crate) instance: RobotInstance,
     agent: AgentProcess,
     /// When it wants to run next, ns.
     wake: u64,
@@ -23,7 +23,7 @@ pub(crate) struct Process {
     /// A signal that cannot be caught is on its way: it takes effect then, ns. What the process does before still counts.
     dies: Option<u64>,
     ended: Option<Ending>,
-    deaf_to: Option<u32>,
+    deaf_to: Option<RobotIndex>,
     /// What its parent has not been told: of a stop and what follows, the newest alone.
     news: Option<Change>,
 }
@@ -63,10 +63,10 @@ impl Kernel {
         shared.coverage.failed_starts += u64::from(fate != Fate::Well);
         let starts = if late { shared.dice.between_ms(900, 3000) } else { shared.dice.between_ms(20, 500) };
         self.pids += 1;
-        let (pid, seat) = (1000 + self.pids, spec.seat);
+        let (pid, instance) = (1000 + self.pids, spec.instance);
         self.processes.push(Process {
             pid,
-            seat,
+            instance,
             agent: AgentProcess::new(spec, fate),
             wake: shared.now + starts,
             stopped: false,
@@ -90,7 +90,7 @@ impl Kernel {
                 let later = shared.now + shared.dice.between_ms(100, 3000);
                 process.dies = Some(if shared.dice.permille(500) { later } else { FOREVER });
                 process.is_blocked = true;
-                shared.tell(|| format!("kernel: {:?} is killed and does not end", process.seat));
+                shared.tell(|| format!("kernel: {:?} is killed and does not end", process.instance));
                 shared.coverage.slow_deaths += 1;
             }
             Signal::Kill => {
@@ -134,11 +134,11 @@ impl Kernel {
     }
 
     /// What has become of processes since the last call; those that have ended are gone afterwards.
-    pub(crate) fn reap(&mut self) -> Vec<(Seat, Change, Option<u32>)> {
+    pub(crate) fn reap(&mut self) -> Vec<(RobotInstance, Change, Option<RobotIndex>)> {
         let mut changes = Vec::new();
         self.processes.retain_mut(|process| {
             let (news, ended) = (process.news.take(), process.ended.map(Change::Ended));
-            changes.extend(ended.or(news).map(|change| (process.seat, change, process.deaf_to)));
+            changes.extend(ended.or(news).map(|change| (process.instance, change, process.deaf_to)));
             ended.is_none()
         });
         changes
@@ -161,7 +161,7 @@ impl Kernel {
         for index in 0..self.processes.len() {
             if self.processes[index].lives() && !self.processes[index].stopped && !self.processes[index].is_blocked {
                 self.run(index, shared);
-                assert!(!self.processes[index].lives(), "the process of {:?} goes on", self.processes[index].seat);
+                assert!(!self.processes[index].lives(), "the process of {:?} goes on", self.processes[index].instance);
             }
         }
     }

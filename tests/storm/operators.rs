@@ -1,7 +1,7 @@
 //! Operators: what they ask for, what they are answered, and whether that was true.
 
 use daemon::coordinator::Coordinator;
-use model::Event;
+use model::{Event, EventKind, GoalSource, RobotIndex, TaskId};
 use protocol::daemon_to_world::Ticket;
 use protocol::operator_to_daemon::{Reply, Request};
 use std::collections::VecDeque;
@@ -53,21 +53,21 @@ impl Operators {
                 panic!("{:?} was answered {} times", asked.request, asked.answers.len());
             };
             match (reply, ticket) {
-                (Reply::Tasked { task }, _) => {
+                (Reply::Tasked { id: TaskId(task) }, _) => {
                     assert_eq!(taken(world.events(), *task), 1, "task {task} was acknowledged");
                     answers.tasks += 1;
                 }
-                (Reply::Added { robot, slot }, _) => {
+                (Reply::Added { robot, index: RobotIndex(slot) }, _) => {
                     let there = world.robot(*slot as usize).map(|robot| robot.id.as_str());
                     assert_eq!(there, Some(robot.as_str()), "robot {robot} was added");
-                    assert_eq!(coordinator.name(*slot), robot, "the coordinator knows it as well");
+                    assert_eq!(coordinator.name(RobotIndex(*slot)), robot, "the coordinator knows it as well");
                     answers.robots += 1;
                 }
                 (Reply::Unconfirmed { .. }, Some(_)) => answers.unconfirmed += 1,
                 (Reply::Refused { problem, .. }, ticket) => {
                     answers.refused += 1;
                     match ticket {
-                        Some(Ticket::Task(task)) => {
+                        Some(Ticket::Task(TaskId(task))) => {
                             assert_eq!(taken(world.events(), *task), 0, "task {task} was refused: {problem}");
                         }
                         Some(Ticket::Admit(_)) => {
@@ -88,6 +88,6 @@ impl Operators {
 
 /// How often a robot was given this task.
 fn taken(events: &[Event], task: u32) -> usize {
-    let mark = format!("task {task}: ");
-    events.iter().filter(|event| event.kind == "task" && event.detail.starts_with(&mark)).count()
+    let given = |event: &&Event| matches!(event.kind, EventKind::Task { source: GoalSource::Operator(TaskId(id)), .. } if id == task);
+    events.iter().filter(given).count()
 }

@@ -4,7 +4,7 @@ use crate::coverage::Coverage;
 use crate::dice::{Dice, MS};
 use crate::ring::Ring;
 use daemon::coordinator::Missed;
-use model::Seat;
+use model::RobotInstance;
 use protocol::robot_to_robot::PosePair;
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -24,7 +24,7 @@ pub(crate) struct Board {
 pub(crate) struct Slot {
     pub(crate) ready: Option<u32>,
     pub(crate) met: Option<u32>,
-    pub(crate) answer: Option<(Seat, u64)>,
+    pub(crate) answer: Option<(RobotInstance, u64)>,
     pub(crate) signs: u64,
 }
 
@@ -42,24 +42,24 @@ pub(crate) struct Memory {
     pub(crate) sensed: Vec<Vec<u16>>,
     pub(crate) pieces: Vec<Piece>,
     /// By life: a new one has a board of its own.
-    pub(crate) boards: BTreeMap<Seat, Board>,
+    pub(crate) boards: BTreeMap<RobotInstance, Board>,
 }
 
 impl Memory {
-    pub(crate) fn is_ready(&self, seat: Seat) -> bool {
-        self.slots[seat.slot as usize].ready == Some(seat.incarnation)
+    pub(crate) fn is_ready(&self, instance: RobotInstance) -> bool {
+        self.slots[instance.index.at()].ready == Some(instance.incarnation)
     }
 
-    pub(crate) fn has_met(&self, seat: Seat) -> bool {
-        self.slots[seat.slot as usize].met == Some(seat.incarnation)
+    pub(crate) fn has_met(&self, instance: RobotInstance) -> bool {
+        self.slots[instance.index.at()].met == Some(instance.incarnation)
     }
 
-    pub(crate) fn answered(&self, seat: Seat, tick: u64) -> bool {
-        self.slots[seat.slot as usize].answer == Some((seat, tick))
+    pub(crate) fn answered(&self, instance: RobotInstance, tick: u64) -> bool {
+        self.slots[instance.index.at()].answer == Some((instance, tick))
     }
 
-    pub(crate) fn signs(&self, seat: Seat) -> u64 {
-        self.slots[seat.slot as usize].signs
+    pub(crate) fn signs(&self, instance: RobotInstance) -> u64 {
+        self.slots[instance.index.at()].signs
     }
 }
 

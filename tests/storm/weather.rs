@@ -4,6 +4,7 @@ use crate::agent::Fate;
 use crate::dice::MS;
 use crate::fleet::Fleet;
 use daemon::coordinator::Signal;
+use model::{RobotIndex, Task};
 use protocol::daemon_to_world::Order;
 use protocol::operator_to_daemon::{NewRobot, Request};
 
@@ -89,7 +90,7 @@ impl Fleet {
             Act::Remove => {
                 let slot = self.shared.dice.below(self.daemon.coordinator.members().len()) as u32;
                 if self.shared.dice.permille(400) {
-                    self.daemon.order(&Order::Remove { slot }, &mut self.shared);
+                    self.daemon.order(&Order::Remove { index: RobotIndex(slot) }, &mut self.shared);
                     self.shared.coverage.removals += 1;
                 }
             }
@@ -119,10 +120,11 @@ impl Fleet {
         let members = self.daemon.coordinator.members().len();
         // One more than there are: that of the last one is unknown.
         let slot = self.shared.dice.below(members + 1) as u32;
-        let robot = if slot as usize == members { "nobody" } else { self.daemon.coordinator.name(slot) }.to_owned();
+        let robot =
+            if slot as usize == members { "nobody" } else { self.daemon.coordinator.name(RobotIndex(slot)) }.to_owned();
         let goal_m = [20.0 - self.shared.dice.below(40) as f64, self.shared.dice.below(40) as f64];
         let now = self.shared.dice.permille(50);
-        self.operators.ask(Request::Task { robot, goal_m, yaw_rad: None, now });
+        self.operators.ask(Request::Task { robot, task: Task { goal: goal_m.into(), yaw_rad: None, now } });
         self.shared.calls.daemon = true;
         self.shared.coverage.tasks_asked += 1;
     }

@@ -5,7 +5,7 @@ use crate::checks::Checks;
 use crate::dice::MS;
 use crate::shared::Shared;
 use bus::queue::{NoticeQueue, Sent};
-use model::{Drive, Mode, Scenario, Seat};
+use model::{Drive, Mode, RobotIndex, RobotInstance, Scenario};
 use protocol::codec;
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
@@ -51,8 +51,8 @@ pub(crate) struct WorldProcess {
     straggler_limit_ns: u64,
     stage: Stage,
     pace: Option<Pace>,
-    commands: Vec<(Seat, Option<Command>)>,
-    missing: Vec<Seat>,
+    commands: Vec<(RobotInstance, Option<Command>)>,
+    missing: Vec<RobotInstance>,
     /// When it wants to run next, ns.
     pub(crate) wake: u64,
 }
@@ -103,10 +103,10 @@ impl WorldProcess {
     fn await_due(&mut self, shared: &mut Shared) {
         self.take_orders(shared);
         let (memory, attendance) = (&shared.memory, &self.attendance);
-        let misses = attendance.misses(&mut self.world, &|seat| memory.is_ready(seat));
+        let misses = attendance.misses(&mut self.world, &|instance| memory.is_ready(instance));
         let due = self.world.due().iter().copied();
         self.missing.clear();
-        self.missing.extend(due.filter(|seat| !memory.is_ready(*seat) && !attendance.is_silent(*seat)));
+        self.missing.extend(due.filter(|instance| !memory.is_ready(*instance) && !attendance.is_silent(*instance)));
         self.checks.waited(&self.missing, shared.daemon_awake_ns);
         if misses && !self.over() {
             return;
@@ -134,7 +134,7 @@ impl WorldProcess {
 
     fn meet(&mut self, begun_ns: u64, shared: &mut Shared) {
         self.take_orders(shared);
-        let misses = self.attendance.misses(&mut self.world, &|seat| shared.memory.has_met(seat));
+        let misses = self.attendance.misses(&mut self.world, &|instance| shared.memory.has_met(instance));
         if misses && shared.now - begun_ns <= self.straggler_limit_ns && !self.over() {
             return;
         }
@@ -152,25 +152,26 @@ impl WorldProcess {
     fn await_answers(&mut self, shared: &mut Shared) {
         let tick = self.world.tick();
         let memory = &shared.memory;
-        self.attendance.missing(&self.world, &|seat| memory.answered(seat, tick), &mut self.missing);
+        self.attendance.missing(&self.world, &|instance| memory.answered(instance, tick), &mut self.missing);
         if !self.missing.is_empty() {
             // The kernel does not say what they did in this time: all of it counts.
             let overdue = self.attendance.overdue(shared.now, &self.missing, &mut |_| None);
-            for seat in overdue {
+            for instance in overdue {
                 shared.coverage.overdue += 1;
-                self.attendance.give_up(&mut self.world, seat, Absence::Overdue, &|seat| memory.signs(seat));
+                self.attendance
+                    .give_up(&mut self.world, instance, Absence::Overdue, &|instance| memory.signs(instance));
             }
             self.take_orders(shared);
             let memory = &shared.memory;
-            self.attendance.missing(&self.world, &|seat| memory.answered(seat, tick), &mut self.missing);
+            self.attendance.missing(&self.world, &|instance| memory.answered(instance, tick), &mut self.missing);
             if !self.missing.is_empty() {
                 return;
             }
         }
         self.commands.clear();
-        for seat in self.world.participants() {
-            let newest = newest(*seat, shared);
-            self.commands.push((*seat, command_of_tick(tick, shared.memory.answered(*seat, tick), newest)));
+        for instance in self.world.participants() {
+            let newest = newest(*instance, shared);
+            self.commands.push((*instance, command_of_tick(tick, shared.memory.answered(*instance, tick), newest)));
         }
         self.checks.commanded(&self.world, self.mode, &self.commands, shared, self.command_timeout_ns);
         self.close_tick(shared);
@@ -200,11 +201,11 @@ impl WorldProcess {
         }
         self.commands.clear();
         let memory = &shared.memory;
-        for seat in self.world.participants().to_vec() {
-            let newest = newest(seat, shared);
-            let signs = &|seat| memory.signs(seat);
-            let command = self.attendance.newest(&mut self.world, seat, newest, shared.now, signs);
-            self.commands.push((seat, command));
+        for instance in self.world.participants().to_vec() {
+            let newest = newest(instance, shared);
+            let signs = &|instance| memory.signs(instance);
+            let command = self.attendance.newest(&mut self.world, instance, newest, shared.now, signs);
+            self.commands.push((instance, command));
         }
         self.checks.commanded(&self.world, self.mode, &self.commands, shared, self.command_timeout_ns);
         if shared.dice.permille(200) {
@@ -227,7 +228,7 @@ impl WorldProcess {
     fn open_tick(&mut self, shared: &mut Shared) {
         self.send_notices(shared);
         let (memory, attendance) = (&mut shared.memory, &self.attendance);
-        self.world.open(&mut |seat| memory.is_ready(seat) && !attendance.is_silent(seat));
+        self.world.open(&mut |instance| memory.is_ready(instance) && !attendance.is_silent(instance));
         let (world, stamp_ns) = (&self.world, shared.now);
         let opening = world.opening();
         for index in opening.pieces {
@@ -243,13 +244,13 @@ impl WorldProcess {
         for slot in opening.odometry {
             memory.odometry[*slot] = Odometry { stamp_ns, ..world.odometry(*slot) };
         }
-        for seat in self.world.participants().to_vec() {
-            if !memory.boards.get(&seat).is_some_and(|board| board.is_readable) {
+        for instance in self.world.participants().to_vec() {
+            if !memory.boards.get(&instance).is_some_and(|board| board.is_readable) {
                 let why = "its commands cannot be read".to_owned();
-                let signs = &|seat| memory.signs(seat);
-                self.attendance.give_up(&mut self.world, seat, Absence::Deaf { why }, signs);
+                let signs = &|instance| memory.signs(instance);
+                self.attendance.give_up(&mut self.world, instance, Absence::Deaf { why }, signs);
             }
-            self.attendance.takes_part(seat, self.world.tick(), stamp_ns);
+            self.attendance.takes_part(instance, self.world.tick(), stamp_ns);
         }
         memory.tick = Some(self.world.tick());
         let notices = self.send_notices(shared);
@@ -258,19 +259,19 @@ impl WorldProcess {
     }
 
     fn close_tick(&mut self, shared: &mut Shared) {
-        for (seat, command) in &self.commands {
+        for (instance, command) in &self.commands {
             if let Some(command) = command {
-                self.world.planned(*seat, command.plan_state());
+                self.world.planned(*instance, command.plan_state());
             }
         }
         let commands = &self.commands;
-        let drive = |seat: Seat| -> Option<Drive> {
-            let index = commands.binary_search_by_key(&seat, |(who, _)| *who).ok()?;
+        let drive = |instance: RobotInstance| -> Option<Drive> {
+            let index = commands.binary_search_by_key(&instance, |(who, _)| *who).ok()?;
             commands[index].1?.drive()
         };
-        self.world.close(&mut |seat| drive(seat));
+        self.world.close(&mut |instance| drive(instance));
         let memory = &shared.memory;
-        self.attendance.welcome_back(&mut self.world, &|seat| memory.signs(seat));
+        self.attendance.welcome_back(&mut self.world, &|instance| memory.signs(instance));
         self.checks.closed(&self.world, &self.commands);
         shared.note(self.world.trajectory_hash());
     }
@@ -281,7 +282,7 @@ impl WorldProcess {
             let order: Order = codec::decode(&bytes).expect("both ends are the same build");
             shared.tell(|| format!("world <- {}", brief(&order)));
             let memory = &shared.memory;
-            self.attendance.take(&mut self.world, order, &|seat| memory.signs(seat));
+            self.attendance.take(&mut self.world, order, &|instance| memory.signs(instance));
         }
     }
 
@@ -344,15 +345,15 @@ impl WorldProcess {
 }
 
 /// The newest command on a robot's board.
-fn newest(seat: Seat, shared: &Shared) -> Option<Command> {
-    let board = shared.memory.boards.get(&seat).filter(|board| board.is_readable)?;
-    command_of(seat, board.command)
+fn newest(instance: RobotInstance, shared: &Shared) -> Option<Command> {
+    let board = shared.memory.boards.get(&instance).filter(|board| board.is_readable)?;
+    command_of(instance, board.command)
 }
 
 /// An order in a line: what a robot is like does not matter here.
 fn brief(order: &Order) -> String {
     match order {
-        Order::Admit { slot, robot } => format!("Admit {{ slot: {slot}, robot: {} }}", robot.id),
+        Order::Admit { index: RobotIndex(slot), robot } => format!("Admit {{ slot: {slot}, robot: {} }}", robot.id),
         order => format!("{order:?}"),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::axes::{Span, span};
 use super::thin::thin;
-use model::Shape;
+use model::{RobotIndex, Shape};
 use protocol::record::{Body, Record};
 use protocol::world_to_observer::FrameBody;
 use std::collections::HashMap;
@@ -107,7 +107,7 @@ impl Scene {
         let tolerance = extent * TOLERANCE;
         let mut robots: HashMap<u32, Gathered> = HashMap::new();
         let mut things: HashMap<u32, Gathered> = HashMap::new();
-        let touches = record.ending.outcome.events.iter().filter_map(|event| event.touch);
+        let touches = record.ending.outcome.events.iter().filter_map(|event| event.kind.touch());
         let contacts: Vec<[f64; 2]> = touches.map(|touch| touch.at_m).take(CONTACTS_MAX).collect();
         let mut frames = record.frames();
         while let Some((_, bodies)) = frames.next() {
@@ -116,7 +116,7 @@ impl Scene {
                 let gathered = gathered.entry(body.index).or_default();
                 gathered.see(body, 0.25 * tolerance);
                 if body.flags & FrameBody::FLAG_OBSTACLE == 0
-                    && record.robot(body.index).is_some_and(|r| r.arm.is_some())
+                    && record.robot(RobotIndex(body.index)).is_some_and(|r| r.arm.is_some())
                 {
                     push(&mut gathered.joints, body.joints_rad, 1e-3);
                 }
@@ -129,8 +129,8 @@ impl Scene {
             })
             .collect();
         let robots: Vec<Trace> = known(record)
-            .filter_map(|(slot, robot)| {
-                let gathered = robots.get(&slot)?;
+            .filter_map(|(index, robot)| {
+                let gathered = robots.get(&index.0)?;
                 let moving_goal = robot.goal_motion.is_some();
                 Some(Trace {
                     id: robot.id.clone(),
@@ -143,7 +143,7 @@ impl Scene {
                     },
                     goal_course: if moving_goal { thin(&gathered.goals, tolerance) } else { Vec::new() },
                     poses: poses(robot, &gathered.joints),
-                    fate: fate(record, slot),
+                    fate: fate(record, index),
                 })
             })
             .collect();
@@ -192,10 +192,10 @@ impl Scene {
     }
 }
 
-/// Every robot that there was, by slot.
-fn known(record: &Record) -> impl Iterator<Item = (u32, &model::Robot)> {
-    let own = (0..).zip(&record.header.scenario.robots);
-    own.chain(record.ending.added.iter().map(|(slot, robot)| (*slot, robot)))
+/// Every robot that there was.
+fn known(record: &Record) -> impl Iterator<Item = (RobotIndex, &model::Robot)> {
+    let own = (0..).map(RobotIndex).zip(&record.header.scenario.robots);
+    own.chain(record.ending.added.iter().map(|(index, robot)| (*index, robot)))
 }
 
 /// An arm at instants that are evenly spread over its motion.
@@ -217,12 +217,12 @@ fn poses(robot: &model::Robot, joints: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
     chosen.into_iter().map(|own| [geometry.base, geometry.elbow(own), geometry.tip(own)].map(place)).collect()
 }
 
-fn fate(record: &Record, slot: u32) -> String {
-    let outcome = record.ending.outcome.robots.iter().find(|robot| robot.slot == slot);
+fn fate(record: &Record, robot: RobotIndex) -> String {
+    let outcome = record.ending.outcome.robots.iter().find(|outcome| outcome.robot == robot);
     match outcome {
         Some(robot) => match (robot.time_s, &robot.gone) {
             (Some(time_s), _) => format!("{time_s:.1} s"),
-            (None, Some(gone)) => gone.clone(),
+            (None, Some(gone)) => gone.word().to_owned(),
             (None, None) if robot.stall.is_some() => "stuck".to_owned(),
             (None, None) => "not arrived".to_owned(),
         },
@@ -262,7 +262,7 @@ fn subtitle(record: &Record) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model::{Event, Outcome, Touch};
+    use model::{Event, EventKind, Outcome, Partner, Touch};
     use protocol::record::{Encoder, Ending};
 
     /// Two hundred robots that go round on circles, and two that meet.
@@ -282,13 +282,11 @@ mod tests {
                 |slot| Body { index: slot, position_m: place(slot, tick), goal_m: [1.0, 2.0], ..Body::default() };
             encoder.frame(tick, &(0..200).map(body).collect::<Vec<_>>(), &mut bytes);
         }
-        let added = (64..200).map(|slot| (slot, scenario.robots[0].clone()));
+        let added = (64..200).map(|slot| (RobotIndex(slot), scenario.robots[0].clone()));
         let touch = |tick, at_m| Event {
             tick,
-            kind: "contact".to_owned(),
-            slot: Some(3),
-            detail: "with something".to_owned(),
-            touch: Some(Touch { t_s: 0.0, at_m }),
+            robot: Some(RobotIndex(3)),
+            kind: EventKind::Contact { with: Partner::Obstacle(0), touch: Touch { t_s: 0.0, at_m } },
         };
         let events = vec![touch(40, [1.0, 2.0]), touch(90, [-3.0, 0.5])];
         let outcome = Outcome { ticks: TICKS, robot_contacts: 5, obstacle_contacts: 1, events, ..Outcome::default() };

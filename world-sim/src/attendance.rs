@@ -4,7 +4,7 @@
 mod stragglers;
 
 use crate::World;
-use model::Seat;
+use model::RobotInstance;
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
 use std::time::Duration;
@@ -13,8 +13,8 @@ pub use stragglers::{PATIENCE, Seen};
 
 /// Who answers, of the robots of one world.
 pub struct Attendance {
-    /// Seats whose process does not answer: they are not waited for. Each with its signs of life until then.
-    silent: Vec<(Seat, u64)>,
+    /// Instances whose process does not answer: they are not waited for. Each with its signs of life until then.
+    silent: Vec<(RobotInstance, u64)>,
     /// Of each slot, the tick after the last one in which it took part.
     took_part: Vec<u64>,
     /// `realtime`: since when each slot has been without a command, ns: when the odometry was written that the newest one
@@ -47,20 +47,20 @@ impl Attendance {
         }
     }
 
-    /// Whether a seat has been given up, and has shown no sign of life since.
-    pub fn is_silent(&self, seat: Seat) -> bool {
-        self.silent.iter().any(|(who, _)| *who == seat)
+    /// Whether a robot instance has been given up, and has shown no sign of life since.
+    pub fn is_silent(&self, instance: RobotInstance) -> bool {
+        self.silent.iter().any(|(who, _)| *who == instance)
     }
 
-    /// How many seats are given up at the moment.
+    /// How many instances are given up at the moment.
     pub fn silent_count(&self) -> usize {
         self.silent.len()
     }
 
-    /// An order has come. `signs` counts the signs of life of a seat.
-    pub fn take(&mut self, world: &mut World, order: Order, signs: &dyn Fn(Seat) -> u64) {
+    /// An order has come. `signs` counts the signs of life of a robot instance.
+    pub fn take(&mut self, world: &mut World, order: Order, signs: &dyn Fn(RobotInstance) -> u64) {
         match order {
-            Order::Absent { seat, cause } => self.give_up(world, seat, cause, signs),
+            Order::Absent { instance, cause } => self.give_up(world, instance, cause, signs),
             order => {
                 self.stopping |= order == Order::Stop;
                 world.order(order);
@@ -68,45 +68,51 @@ impl Attendance {
         }
     }
 
-    /// This seat is not waited for any more; what that means is the world's business. A seat that is not in the world, or
+    /// This instance is not waited for any more; what that means is the world's business. A robot instance that is not in the world, or
     /// not any more, is ignored: what is said of it must not fall on the robot that has its place later.
-    pub fn give_up(&mut self, world: &mut World, seat: Seat, cause: Absence, signs: &dyn Fn(Seat) -> u64) {
+    pub fn give_up(
+        &mut self,
+        world: &mut World,
+        instance: RobotInstance,
+        cause: Absence,
+        signs: &dyn Fn(RobotInstance) -> u64,
+    ) {
         let matters = match cause {
             // That it does not answer is known.
-            Absence::Overdue => world.has_process(seat) && !self.is_silent(seat),
+            Absence::Overdue => world.has_process(instance) && !self.is_silent(instance),
             // One that does not take part has nothing to answer. If it is to enter, it does that when it goes on.
-            Absence::Stopped => world.takes_part(seat),
+            Absence::Stopped => world.takes_part(instance),
             // Also of one that had been given up: only now is it known that it will not come back.
-            Absence::Died { .. } | Absence::NotStarted { .. } | Absence::Deaf { .. } => world.has_process(seat),
+            Absence::Died { .. } | Absence::NotStarted { .. } | Absence::Deaf { .. } => world.has_process(instance),
         };
         if !matters {
             return;
         }
-        if !self.is_silent(seat) {
-            self.silent.push((seat, signs(seat)));
+        if !self.is_silent(instance) {
+            self.silent.push((instance, signs(instance)));
         }
-        world.order(Order::Absent { seat, cause });
+        world.order(Order::Absent { instance, cause });
     }
 
     /// A tick is over: robots that gave a sign of life since they were given up come back.
-    pub fn welcome_back(&mut self, world: &mut World, signs: &dyn Fn(Seat) -> u64) {
-        self.silent.retain(|(seat, before)| {
-            let alive = signs(*seat) != *before;
+    pub fn welcome_back(&mut self, world: &mut World, signs: &dyn Fn(RobotInstance) -> u64) {
+        self.silent.retain(|(instance, before)| {
+            let alive = signs(*instance) != *before;
             if alive {
-                world.back(*seat);
+                world.back(*instance);
             }
-            !alive && world.has_process(*seat)
+            !alive && world.has_process(*instance)
         });
     }
 
     /// Whether a robot that is to enter now, and that has not been given up, has not `said` yet what it has to say before.
-    pub fn misses(&self, world: &mut World, said: &dyn Fn(Seat) -> bool) -> bool {
-        world.due().iter().any(|seat| !said(*seat) && !self.is_silent(*seat))
+    pub fn misses(&self, world: &mut World, said: &dyn Fn(RobotInstance) -> bool) -> bool {
+        world.due().iter().any(|instance| !said(*instance) && !self.is_silent(*instance))
     }
 
     /// This robot takes part in the tick that has just been opened.
-    pub fn takes_part(&mut self, seat: Seat, tick: u64, opened_ns: u64) {
-        let slot = seat.slot as usize;
+    pub fn takes_part(&mut self, instance: RobotInstance, tick: u64, opened_ns: u64) {
+        let slot = instance.index.at();
         if std::mem::replace(&mut self.took_part[slot], tick + 1) != tick {
             self.commanded_ns[slot] = opened_ns; // It has just entered, or come back.
         }
@@ -121,14 +127,19 @@ impl Attendance {
     }
 
     /// Those of the open tick that have neither `answered` nor been given up, into `missing`.
-    pub fn missing(&self, world: &World, answered: &dyn Fn(Seat) -> bool, missing: &mut Vec<Seat>) {
+    pub fn missing(&self, world: &World, answered: &dyn Fn(RobotInstance) -> bool, missing: &mut Vec<RobotInstance>) {
         missing.clear();
         let participants = world.participants().iter();
-        missing.extend(participants.filter(|seat| !answered(**seat) && !self.is_silent(**seat)));
+        missing.extend(participants.filter(|instance| !answered(**instance) && !self.is_silent(**instance)));
     }
 
     /// Who of the missing has kept the tick waiting for too long. `see` asks the kernel.
-    pub fn overdue(&mut self, now_ns: u64, missing: &[Seat], see: &mut dyn FnMut(Seat) -> Option<Seen>) -> Vec<Seat> {
+    pub fn overdue(
+        &mut self,
+        now_ns: u64,
+        missing: &[RobotInstance],
+        see: &mut dyn FnMut(RobotInstance) -> Option<Seen>,
+    ) -> Vec<RobotInstance> {
         // A run that is to end does not wait for a robot that hangs.
         let short = PATIENCE.min(self.straggler_limit).as_nanos() as u64;
         if self.stopping && now_ns.saturating_sub(self.opened_ns) > short {
@@ -154,18 +165,18 @@ impl Attendance {
     pub fn newest(
         &mut self,
         world: &mut World,
-        seat: Seat,
+        instance: RobotInstance,
         command: Option<Command>,
         now_ns: u64,
-        signs: &dyn Fn(Seat) -> u64,
+        signs: &dyn Fn(RobotInstance) -> u64,
     ) -> Option<Command> {
-        let slot = seat.slot as usize;
+        let slot = instance.index.at();
         if let Some(command) = &command {
             self.commanded_ns[slot] = self.commanded_ns[slot].max(command.odometry_stamp_ns);
         }
         let since_ns = self.commanded_ns[slot].max(self.resumed_ns);
         if now_ns.saturating_sub(since_ns) > self.command_timeout_ns {
-            self.give_up(world, seat, Absence::Overdue, signs);
+            self.give_up(world, instance, Absence::Overdue, signs);
         }
         // A command is as old as what its robot knew.
         let oldest_ns = now_ns.saturating_sub(self.command_timeout_ns);
@@ -173,9 +184,9 @@ impl Attendance {
     }
 }
 
-/// The command on a board, if the robot of this seat wrote it.
-pub fn command_of(seat: Seat, command: Command) -> Option<Command> {
-    (command.incarnation == seat.incarnation && command.stamp_ns > 0).then_some(command)
+/// The command on a board, if the robot of this instance wrote it.
+pub fn command_of(instance: RobotInstance, command: Command) -> Option<Command> {
+    (command.incarnation == instance.incarnation && command.stamp_ns > 0).then_some(command)
 }
 
 /// `lockstep`: the command that acts in this tick, of the newest that a robot gave: the one with which it `answered`.

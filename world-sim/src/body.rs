@@ -1,13 +1,13 @@
 //! A robot as the physics sees it: plain numbers, refreshed from its presence when a tick opens.
 
 use crate::kinematics::Pose;
-use model::{BodyKind, Limits, Robot, Seat};
+use model::{BodyKind, Limits, Robot, RobotIndex, RobotInstance};
 use nalgebra::Point2;
 
 /// The body of one slot, and what it can sense.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
-    pub(crate) seat: Seat,
+    pub(crate) instance: RobotInstance,
     pub(crate) kind: BodyKind,
     pub(crate) limits: Limits,
     pub(crate) radius_m: f64,
@@ -32,7 +32,7 @@ impl Body {
     /// At its start, not in the world yet.
     pub(crate) fn new(slot: usize, robot: &Robot) -> Body {
         Body {
-            seat: Seat { slot: slot as u32, incarnation: 0 },
+            instance: RobotInstance { index: RobotIndex::of(slot), incarnation: 0 },
             kind: robot.kind,
             limits: robot.limits,
             radius_m: robot.radius_m,
@@ -80,7 +80,7 @@ pub(crate) mod testing {
             turn_accel_radps2_max: f64::INFINITY,
         };
         Body {
-            seat: Seat { slot: slot as u32, incarnation: 0 },
+            instance: RobotInstance { index: RobotIndex::of(slot), incarnation: 0 },
             kind: BodyKind::Point,
             limits,
             radius_m,

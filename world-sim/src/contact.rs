@@ -97,8 +97,8 @@ impl Contacts {
         for body in discs() {
             let reach = body.radius_m + radius_max + self.clearance_m.max(0.0) + body.driven_m() + driven_max;
             grid.visit(Aabb::around([body.from]).grown(reach), |item| {
-                let other = &bodies[item.slot as usize];
-                if item.slot > body.seat.slot && !other.is_arm() {
+                let other = &bodies[item.robot.at()];
+                if item.robot > body.instance.index && !other.is_arm() {
                     self.sweep_pair(body, other);
                 }
             });
@@ -106,21 +106,21 @@ impl Contacts {
         for (index, obstacle) in shapes.obstacles.iter().enumerate() {
             let reach = radius_max + self.obstacle_clearance_m.max(0.0) + driven_max + obstacle.driven_m();
             grid.visit(shapes.bounds(obstacle).grown(reach), |item| {
-                let body = &bodies[item.slot as usize];
+                let body = &bodies[item.robot.at()];
                 if body.is_arm() {
                     return;
                 }
                 let reach = self.obstacle_clearance_m.max(0.0);
                 let path = [body.from, body.pose.position];
                 let Some(approach) = shapes.approach(obstacle, path, body.radius_m, reach) else { return };
-                self.judge(Contact::Obstacle(item.slot as usize, index), approach);
+                self.judge(Contact::Obstacle(item.robot.at(), index), approach);
             });
         }
         for (index, arm) in arms.iter().enumerate().filter(|(_, arm)| bodies[arm.slot].in_world) {
             let parts = Parts::of(&bodies[arm.slot], arms);
             let reach = arm.reach_m() + radius_max + self.clearance_m.max(0.0) + driven_max;
             grid.visit(Aabb::around([arm.base()]).grown(reach), |item| {
-                let other = &bodies[item.slot as usize];
+                let other = &bodies[item.robot.at()];
                 if !other.is_arm() {
                     self.sweep_parts(arm.slot, &parts, other, arms);
                 }
@@ -145,7 +145,7 @@ impl Contacts {
 
     /// An arm and another robot.
     fn sweep_parts(&mut self, slot: usize, parts: &Parts<'_>, other: &Body, arms: &[Arm]) {
-        let other_slot = other.seat.slot as usize;
+        let other_slot = other.instance.index.at();
         let approach = parts.approach(&Parts::of(other, arms), self.clearance_m.max(0.0));
         self.judge(Contact::Robots(slot.min(other_slot), slot.max(other_slot)), approach);
     }
@@ -170,7 +170,7 @@ impl Contacts {
             return;
         }
         let approach = Approach { at_first: before.norm() - radii, least: swept(before, after) - radii };
-        self.judge(Contact::Robots(a.seat.slot as usize, b.seat.slot as usize), approach);
+        self.judge(Contact::Robots(a.instance.index.at(), b.instance.index.at()), approach);
     }
 
     fn count(&mut self) {

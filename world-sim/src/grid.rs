@@ -1,6 +1,7 @@
 //! Who is near whom: bodies sorted into the cells of a uniform grid, rebuilt when a tick opens.
 
 use crate::body::Body;
+use model::RobotIndex;
 use nalgebra::{Point2, Vector2};
 
 /// An axis-parallel rectangle, m.
@@ -43,7 +44,7 @@ impl Aabb {
 /// A body in the grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item {
-    pub(crate) slot: u32,
+    pub(crate) robot: RobotIndex,
     pub(crate) position: Point2<f64>,
 }
 
@@ -91,11 +92,11 @@ impl Grid {
         }
         // Filling every cell from its end, in falling order of slots, leaves its begin, and its slots sorted.
         self.items.clear();
-        self.items.resize(count, Item { slot: 0, position: Point2::origin() });
+        self.items.resize(count, Item { robot: RobotIndex(0), position: Point2::origin() });
         for (body, cell) in bodies.iter().rev().filter(|body| body.in_world).zip(self.cells.iter().rev()) {
             let begin = &mut self.begins[*cell as usize];
             *begin -= 1;
-            self.items[*begin as usize] = Item { slot: body.seat.slot, position: body.pose.position };
+            self.items[*begin as usize] = Item { robot: body.instance.index, position: body.pose.position };
         }
     }
 
@@ -159,12 +160,12 @@ mod tests {
             grid.rebuild(&bodies);
             let area = Aabb { low: Point2::new(low.0, low.1), high: Point2::new(low.0 + size.0, low.1 + size.1) };
             let mut found = vec![0; bodies.len()];
-            grid.visit(area, |item| found[item.slot as usize] += 1);
+            grid.visit(area, |item| found[item.robot.at()] += 1);
             for (body, times) in bodies.iter().zip(&found) {
                 prop_assert!(*times <= 1 && (*times == 1 || !area.contains(body.pose.position)));
             }
             let mut all = Vec::new();
-            grid.visit(area.grown(f64::INFINITY), |item| all.push(item.slot));
+            grid.visit(area.grown(f64::INFINITY), |item| all.push(item.robot));
             prop_assert_eq!(all.len(), bodies.len());
         }
     }

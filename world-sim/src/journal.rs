@@ -1,6 +1,6 @@
 //! The log of a run, and what the daemon is told while it goes on.
 
-use model::{Event, Touch};
+use model::{Event, EventKind, RobotIndex};
 use protocol::world_to_daemon::Notice;
 
 /// Entries that the log holds; what comes later is only counted.
@@ -23,34 +23,24 @@ impl Journal {
     }
 
     /// An entry of the log that the daemon hears of at once.
-    pub(crate) fn note(&mut self, tick: u64, kind: &str, slot: impl Into<Option<u32>>, detail: String) {
-        let event = Event { tick, kind: kind.to_owned(), slot: slot.into(), detail, touch: None };
+    pub(crate) fn note(&mut self, tick: u64, robot: impl Into<Option<RobotIndex>>, kind: EventKind) {
+        let event = Event { tick, robot: robot.into(), kind };
         self.tell(Notice::Log(event.clone()));
         self.keep(event);
     }
 
-    /// An entry of the log that can wait until the end. The detail is made only if there is room for it: a jam of
-    /// robots can make many contacts.
-    pub(crate) fn note_quietly(&mut self, tick: u64, kind: &str, slot: u32, detail: impl FnOnce() -> String) {
+    /// An entry of the log that can wait until the end. It is made only if there is room for it: a jam of robots can make
+    /// many contacts.
+    pub(crate) fn note_quietly(&mut self, tick: u64, robot: RobotIndex, kind: impl FnOnce() -> EventKind) {
         if self.events.len() < EVENTS_MAX {
-            self.keep(Event { tick, kind: kind.to_owned(), slot: Some(slot), detail: detail(), touch: None });
-        } else {
-            self.events_lost += 1;
-        }
-    }
-
-    /// A contact, with what it touched, where and when.
-    pub(crate) fn note_contact(&mut self, tick: u64, slot: u32, touch: impl FnOnce() -> (String, Touch)) {
-        if self.events.len() < EVENTS_MAX {
-            let (detail, touch) = touch();
-            self.keep(Event { tick, kind: "contact".to_owned(), slot: Some(slot), detail, touch: Some(touch) });
+            self.keep(Event { tick, robot: Some(robot), kind: kind() });
         } else {
             self.events_lost += 1;
         }
     }
 
     fn keep(&mut self, event: Event) {
-        let room = if Event::impairs(&event.kind) { EVENTS_MAX + IMPAIRMENTS_MAX } else { EVENTS_MAX };
+        let room = if event.kind.name().impairs() { EVENTS_MAX + IMPAIRMENTS_MAX } else { EVENTS_MAX };
         if self.events.len() < room {
             self.events.push(event);
         } else {
@@ -72,12 +62,12 @@ mod tests {
     fn the_log_is_bounded_and_counts_what_it_drops() {
         let mut journal = Journal::default();
         for tick in 0..EVENTS_MAX as u64 + 5 {
-            journal.note_quietly(tick, "contact", 0, String::new);
+            journal.note_quietly(tick, RobotIndex(0), || EventKind::GaveUp);
         }
-        journal.note(0, "killed", 0, String::new());
+        journal.note(0, RobotIndex(0), EventKind::Killed);
         assert_eq!((journal.events.len(), journal.events_lost), (EVENTS_MAX, 6));
         assert_eq!(journal.take_notices().len(), 1, "a notice goes out even when the log is full");
-        journal.note(0, "not-started", 0, "no room".to_owned());
+        journal.note(0, RobotIndex(0), EventKind::NotStarted { why: "no room".to_owned() });
         assert_eq!(
             (journal.events.len(), journal.take_notices().len()),
             (EVENTS_MAX + 1, 1),

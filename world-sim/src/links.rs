@@ -27,7 +27,7 @@ pub(crate) struct Parts<'a>([Moving<'a>; 2], usize);
 impl<'a> Parts<'a> {
     /// The disc of a robot, or the two links of an arm.
     pub(crate) fn of(body: &Body, arms: &'a [Arm]) -> Parts<'a> {
-        match arm::of_slot(arms, body.seat.slot as usize) {
+        match arm::of_slot(arms, body.instance.index.at()) {
             Some(arm) => Parts([0, 1].map(|link| Moving::Link { arm, link }), 2),
             None => {
                 let at = |place| Capsule::disc(place, body.radius_m);

@@ -107,16 +107,11 @@ impl OutcomeFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model::{Event, Outcome};
+    use model::{Event, EventKind, Outcome};
 
     fn end(events: usize) -> WorldEnd {
-        let event = |tick: usize| Event {
-            tick: tick as u64,
-            kind: "task".into(),
-            slot: None,
-            detail: "x".repeat(40),
-            touch: None,
-        };
+        let event =
+            |tick: usize| Event { tick: tick as u64, robot: None, kind: EventKind::Deaf { why: "x".repeat(40) } };
         let outcome = Outcome { ticks: 7, events: (0..events).map(event).collect(), ..Outcome::default() };
         WorldEnd { outcome, record_failed: None, finished: true }
     }

@@ -13,14 +13,15 @@
 //! in the world.
 
 use crate::journal::Journal;
-use model::{Restart, Seat, StragglerPolicy};
+use model::{EventKind, Gone, Restart, RobotIndex, RobotInstance, Silence, StragglerPolicy};
 use protocol::daemon_to_world::Absence;
 use protocol::world_to_daemon::Notice;
+use std::fmt;
 
-/// Where a slot is in its life. Ticks are the first of the state that they lead to.
+/// Where a robot is in its life. Ticks are the first of the state that they lead to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// There is no robot in this slot.
+    /// There is no robot of this index.
     Vacant,
     /// Not in the world yet.
     Awaited {
@@ -53,10 +54,26 @@ pub enum State {
     Left,
 }
 
-/// The life of one slot.
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            State::Vacant => write!(f, "unknown"),
+            State::Awaited { .. } => write!(f, "not in the world yet"),
+            State::Present { .. } => write!(f, "in the world"),
+            State::Paused { until } => write!(f, "paused until tick {until}"),
+            State::Held { .. } => write!(f, "held"),
+            State::Dead { returns: Some(at) } => write!(f, "dead until tick {at}"),
+            State::Dead { returns: None } => write!(f, "dead"),
+            State::Dropped => write!(f, "dropped"),
+            State::Left => write!(f, "gone: it left"),
+        }
+    }
+}
+
+/// The life of one robot.
 #[derive(Clone, Debug)]
 pub(crate) struct Presence {
-    slot: u32,
+    index: RobotIndex,
     pub(crate) state: State,
     /// The life that is in the world, or the next one.
     pub(crate) incarnation: u32,
@@ -72,7 +89,7 @@ impl Presence {
     /// A slot without a robot.
     pub(crate) fn vacant(slot: usize) -> Presence {
         Presence {
-            slot: slot as u32,
+            index: RobotIndex::of(slot),
             state: State::Vacant,
             incarnation: 0,
             joined: None,
@@ -87,8 +104,8 @@ impl Presence {
         Presence { state: State::Awaited { at }, restart, ..Presence::vacant(slot) }
     }
 
-    pub(crate) fn seat(&self) -> Seat {
-        Seat { slot: self.slot, incarnation: self.incarnation }
+    pub(crate) fn instance(&self) -> RobotInstance {
+        RobotInstance { index: self.index, incarnation: self.incarnation }
     }
 
     /// Whether its body is in the world.
@@ -107,11 +124,11 @@ impl Presence {
     }
 
     /// Why it will never take part again, if so.
-    pub(crate) fn gone(&self) -> Option<&'static str> {
+    pub(crate) fn gone(&self) -> Option<Gone> {
         match self.state {
-            State::Left => Some("left"),
-            State::Dropped => Some("dropped"),
-            State::Dead { returns: None } => Some("dead"),
+            State::Left => Some(Gone::Left),
+            State::Dropped => Some(Gone::Dropped),
+            State::Dead { returns: None } => Some(Gone::Dead),
             _ => None,
         }
     }
@@ -134,34 +151,30 @@ impl Presence {
     /// Tells the daemon ahead of time that a process will be needed, and on time that one may go on.
     pub(crate) fn announce(&mut self, tick: u64, ahead_ticks: u64, journal: &mut Journal) {
         let Some(at) = self.entry().filter(|_| !self.told) else { return };
-        let seat = self.seat();
+        let instance = self.instance();
         if matches!(self.state, State::Paused { .. }) {
             if at <= tick {
                 self.told = true;
-                journal.tell(Notice::Resume { seat });
+                journal.tell(Notice::Resume { instance });
             }
         } else if at <= tick.saturating_add(ahead_ticks) {
             self.told = true;
-            journal.tell(Notice::Expect { seat, tick: at });
+            journal.tell(Notice::Expect { instance, tick: at });
         }
     }
 
     /// Takes part from `tick` on. True if its body is new to the world.
     pub(crate) fn enter(&mut self, tick: u64, journal: &mut Journal) -> bool {
+        let incarnation = self.incarnation;
         let kind = match self.state {
-            State::Awaited { .. } => "joined",
-            State::Dead { .. } => "restarted",
-            _ => "resumed",
-        };
-        let detail = match self.state {
-            State::Held { .. } => "answers again".to_owned(),
-            _ if self.incarnation > 0 => format!("incarnation {}", self.incarnation),
-            _ => String::new(),
+            State::Awaited { .. } => EventKind::Joined { incarnation },
+            State::Dead { .. } => EventKind::Restarted { incarnation },
+            _ => EventKind::Resumed { incarnation, held: matches!(self.state, State::Held { .. }) },
         };
         self.state = State::Present { since: tick };
         self.told = false;
-        journal.tell(Notice::Entered { seat: self.seat(), tick });
-        journal.note(tick, kind, self.slot, detail);
+        journal.tell(Notice::Entered { instance: self.instance(), tick });
+        journal.note(tick, self.index, kind);
         let new = self.joined.is_none();
         self.joined.get_or_insert(tick);
         new
@@ -172,8 +185,8 @@ impl Presence {
         if !self.has_process() {
             return self.ignore(tick, "kill", journal);
         }
-        journal.tell(Notice::Kill { seat: self.seat() });
-        journal.note(tick, "killed", self.slot, "timeline".to_owned());
+        journal.tell(Notice::Kill { instance: self.instance() });
+        journal.note(tick, self.index, EventKind::Killed);
         self.die(tick);
     }
 
@@ -188,8 +201,8 @@ impl Presence {
         }
         self.state = State::Paused { until };
         self.told = false;
-        journal.tell(Notice::Pause { seat: self.seat() });
-        journal.note(tick, "paused", self.slot, format!("until tick {until}"));
+        journal.tell(Notice::Pause { instance: self.instance() });
+        journal.note(tick, self.index, EventKind::Paused { until_tick: until });
     }
 
     /// It goes, and is gone.
@@ -197,55 +210,49 @@ impl Presence {
         if matches!(self.state, State::Vacant | State::Left) {
             return self.ignore(tick, "leave", journal);
         }
-        let seat = self.seat();
+        let instance = self.instance();
         if matches!(self.state, State::Paused { .. }) && !self.told {
             // A stopped process could not see that it has to end.
-            journal.tell(Notice::Resume { seat });
+            journal.tell(Notice::Resume { instance });
         }
         self.state = State::Left;
-        journal.tell(Notice::Left { seat });
-        journal.note(tick, "left", self.slot, String::new());
+        journal.tell(Notice::Left { instance });
+        journal.note(tick, self.index, EventKind::Left);
     }
 
-    /// The daemon says that the process of this seat does not answer.
+    /// The daemon says that the process of this instance does not answer.
     pub(crate) fn absent(
         &mut self,
-        seat: Seat,
+        instance: RobotInstance,
         cause: Absence,
         policy: StragglerPolicy,
         tick: u64,
         journal: &mut Journal,
     ) {
-        if seat != self.seat() || !self.has_process() {
+        if instance != self.instance() || !self.has_process() {
             return; // An older life, or one that has ended already.
         }
         let waiting_to_enter = matches!(self.state, State::Awaited { .. } | State::Dead { .. });
         match cause {
             Absence::Died { signal, code, words } => {
-                let ending = match (signal, code) {
-                    (Some(signal), _) => format!("signal {signal}"),
-                    (None, Some(code)) => format!("exit code {code}"),
-                    (None, None) => String::new(),
-                };
-                let parts = [ending, words].into_iter().filter(|part| !part.is_empty());
-                journal.note(tick, "died", self.slot, parts.collect::<Vec<_>>().join(": "));
+                journal.note(tick, self.index, EventKind::Died { signal, code, words });
                 self.die(tick);
             }
             Absence::NotStarted { why } if waiting_to_enter => self.not_started(why, tick, journal),
             Absence::Overdue if waiting_to_enter => self.not_started("not ready in time".to_owned(), tick, journal),
             Absence::Deaf { why } => {
-                journal.tell(Notice::Kill { seat });
-                journal.note(tick, "deaf", self.slot, why);
+                journal.tell(Notice::Kill { instance });
+                journal.note(tick, self.index, EventKind::Deaf { why });
                 self.die(tick);
             }
             Absence::Overdue if self.takes_part() || self.due(tick) => {
-                self.straggle("overdue", policy, tick, journal);
+                self.straggle(Silence::Overdue, policy, tick, journal);
             }
             // A stop that the timeline asked for is no news, even when it is reported late.
-            Absence::Stopped if self.takes_part() => self.straggle("stopped", policy, tick, journal),
+            Absence::Stopped if self.takes_part() => self.straggle(Silence::Stopped, policy, tick, journal),
             // The daemon had not heard yet that it has entered.
             Absence::NotStarted { why } => {
-                journal.note(tick, "died", self.slot, why);
+                journal.note(tick, self.index, EventKind::Died { signal: None, code: None, words: why });
                 self.die(tick);
             }
             Absence::Overdue | Absence::Stopped => {}
@@ -253,8 +260,8 @@ impl Presence {
     }
 
     /// A held robot answers again.
-    pub(crate) fn back(&mut self, seat: Seat) {
-        if seat == self.seat()
+    pub(crate) fn back(&mut self, instance: RobotInstance) {
+        if instance == self.instance()
             && let State::Held { answers } = &mut self.state
         {
             *answers = true;
@@ -263,21 +270,21 @@ impl Presence {
 
     fn not_started(&mut self, why: String, tick: u64, journal: &mut Journal) {
         // It may still come up, too late: its place is given to the next life, or to nobody.
-        journal.tell(Notice::Kill { seat: self.seat() });
-        journal.note(tick, "not-started", self.slot, why);
+        journal.tell(Notice::Kill { instance: self.instance() });
+        journal.note(tick, self.index, EventKind::NotStarted { why });
         self.die(tick);
     }
 
-    fn straggle(&mut self, why: &str, policy: StragglerPolicy, tick: u64, journal: &mut Journal) {
+    fn straggle(&mut self, silence: Silence, policy: StragglerPolicy, tick: u64, journal: &mut Journal) {
         match policy {
             StragglerPolicy::Wait | StragglerPolicy::Hold => {
                 self.state = State::Held { answers: false };
-                journal.note(tick, "held", self.slot, why.to_owned());
+                journal.note(tick, self.index, EventKind::Held { silence });
             }
             StragglerPolicy::Drop => {
                 self.state = State::Dropped;
-                journal.tell(Notice::Kill { seat: self.seat() });
-                journal.note(tick, "dropped", self.slot, why.to_owned());
+                journal.tell(Notice::Kill { instance: self.instance() });
+                journal.note(tick, self.index, EventKind::Dropped { silence });
             }
         }
     }
@@ -307,7 +314,8 @@ impl Presence {
         }
     }
 
-    fn ignore(&self, tick: u64, what: &str, journal: &mut Journal) {
-        journal.note(tick, "ignored", self.slot, format!("{what}: the robot is {:?}", self.state));
+    fn ignore(&self, tick: u64, order: &str, journal: &mut Journal) {
+        let why = format!("the robot is {}", self.state);
+        journal.note(tick, self.index, EventKind::Ignored { order: order.to_owned(), why });
     }
 }

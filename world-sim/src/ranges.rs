@@ -126,7 +126,7 @@ impl Ranges {
             if sender.on_radio {
                 self.send(sender, grid, radio_max);
             }
-            let arm = arms.next_if(|arm| arm.slot == sender.seat.slot as usize);
+            let arm = arms.next_if(|arm| arm.slot == sender.instance.index.at());
             match arm {
                 Some(arm) if sender.in_world => {
                     for (index, link) in (piece..).zip(arm.links()) {
@@ -147,18 +147,18 @@ impl Ranges {
     /// Puts a sender on the lists of those in radio range.
     fn send(&mut self, sender: &Body, grid: &Grid, radio_max: f64) {
         let here = sender.pose.position;
-        let entry = NeighborRef { slot: sender.seat.slot, incarnation: sender.seat.incarnation };
+        let entry = NeighborRef::from(sender.instance);
         grid.visit(Aabb::around([here]).grown(radio_max), |item| {
-            let slot = item.slot as usize;
+            let slot = item.robot.at();
             let receiver = self.receivers[slot];
             let distance = (item.position - here).norm();
-            if distance > receiver.radio_kept || item.slot == entry.slot {
+            if distance > receiver.radio_kept || item.robot == sender.instance.index {
                 return;
             }
             let heard = distance <= receiver.radio || {
                 // Senders come in the order of the list, so that one pass over it serves them all.
                 let (list, cursor) = (&self.heard.before[slot], &mut self.cursors[slot]);
-                *cursor += list[*cursor..].iter().take_while(|known| known.slot < entry.slot).count();
+                *cursor += list[*cursor..].iter().take_while(|known| known.index < entry.index).count();
                 list.get(*cursor) == Some(&entry)
             };
             if heard {
@@ -170,11 +170,11 @@ impl Ranges {
     /// Puts the pieces of an obstacle on the lists of those that see them.
     fn show_obstacle(&mut self, obstacle: &Placed, shapes: &Shapes, grid: &Grid, sensor_max: f64) {
         grid.visit(shapes.bounds(obstacle).grown(sensor_max), |item| {
-            let range = self.receivers[item.slot as usize].sensor;
+            let range = self.receivers[item.robot.at()].sensor;
             let inside = range >= 0.0 && shapes.inside(obstacle, item.position);
             for index in obstacle.pieces.clone() {
                 if inside || shapes.distance(obstacle, index, item.position) <= range {
-                    self.sensed.now[item.slot as usize].push(index as u16);
+                    self.sensed.now[item.robot.at()].push(index as u16);
                 }
             }
         });
@@ -183,17 +183,17 @@ impl Ranges {
     /// Puts the body of a robot on the lists of those that see it and are not sure to hear it. Who hears it has just been
     /// listed.
     fn show_body(&mut self, body: &Body, index: usize, grid: &Grid, sensor_max: f64) {
-        let (here, slot) = (body.pose.position, body.seat.slot);
+        let (here, robot) = (body.pose.position, body.instance.index);
         grid.visit(Aabb::around([here]).grown(sensor_max + body.radius_m), |item| {
-            let receiver = self.receivers[item.slot as usize];
+            let receiver = self.receivers[item.robot.at()];
             let distance = (item.position - here).norm() - body.radius_m;
-            if distance > receiver.sensor || item.slot == slot {
+            if distance > receiver.sensor || item.robot == robot {
                 return;
             }
-            let is_heard = || self.heard.now[item.slot as usize].last().is_some_and(|last| last.slot == slot);
+            let is_heard = || self.heard.now[item.robot.at()].last().is_some_and(|last| last.index == robot.0);
             if !body.on_radio || receiver.sees_robots && !(receiver.hears_surely && is_heard()) {
-                self.sensed.now[item.slot as usize].push(index as u16);
-                self.shown[slot as usize] = true;
+                self.sensed.now[item.robot.at()].push(index as u16);
+                self.shown[robot.at()] = true;
             }
         });
     }
@@ -201,7 +201,7 @@ impl Ranges {
     /// Puts a link of an arm on the lists of those others that see it.
     fn show_link(&mut self, slot: usize, index: usize, link: &Capsule, grid: &Grid, sensor_max: f64) {
         grid.visit(Aabb::around([link.a, link.b]).grown(sensor_max + link.radius), |item| {
-            let receiver = item.slot as usize;
+            let receiver = item.robot.at();
             if receiver != slot && link.distance(item.position) <= self.receivers[receiver].sensor {
                 self.sensed.now[receiver].push(index as u16);
             }

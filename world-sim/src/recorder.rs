@@ -4,7 +4,7 @@
 
 use crate::World;
 use crate::whole_file::WholeFile;
-use model::{Outcome, Robot, Scenario};
+use model::{Outcome, Robot, RobotIndex, Scenario};
 use protocol::codec::CodecError;
 use protocol::record::{Body, Encoder, Ending};
 use protocol::world_to_observer::FrameBody;
@@ -22,7 +22,7 @@ pub struct Recorder {
     buffer: Vec<u8>,
     /// Slots whose robots are known from the scenario or have been noted as added.
     slots: usize,
-    added: Vec<(u32, Robot)>,
+    added: Vec<(RobotIndex, Robot)>,
     frame: Vec<FrameBody>,
     bodies: Vec<Body>,
 }
@@ -57,7 +57,7 @@ impl Recorder {
         self.bodies.extend(self.frame.iter().map(|body| of(body, world)));
         encoder.frame(world.tick(), &self.bodies, &mut self.buffer);
         for slot in self.slots..world.slots() {
-            self.added.extend(world.robot(slot).map(|robot| (slot as u32, robot.clone())));
+            self.added.extend(world.robot(slot).map(|robot| (RobotIndex::of(slot), robot.clone())));
             self.slots = slot + 1;
         }
         if self.buffer.len() >= BUFFER {

@@ -4,27 +4,16 @@ use crate::journal::Journal;
 use crate::progress::{Scale, Trail};
 use crate::smoothness::Smoothness;
 use model::random::Stream;
-use model::{MAX_GOALS, Mover, Robot, Stall};
+use model::{EventKind, GoalSource, MAX_GOALS, Mover, Robot, RobotIndex, Stall, Task};
 use nalgebra::{Point2, Vector2};
 use std::collections::VecDeque;
-
-/// Where a goal comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Source {
-    /// The robot had it from the start.
-    Scenario,
-    /// A task of the timeline.
-    Timeline,
-    /// A task of an operator, by its number.
-    Operator(u32),
-}
 
 #[derive(Clone, Copy, Debug)]
 struct Goal {
     at: Point2<f64>,
     /// The heading to have there, rad; `None` is any.
     yaw_rad: Option<f64>,
-    source: Source,
+    source: GoalSource,
     /// Carried by the goal motion of the robot.
     moves: bool,
 }
@@ -42,7 +31,7 @@ pub(crate) struct Arrival {
 
 /// What one robot has to do, and how it does.
 pub(crate) struct Referee {
-    slot: u32,
+    index: RobotIndex,
     tolerance_m: f64,
     yaw_tolerance_rad: f64,
     /// Where the body faces, rad.
@@ -74,7 +63,7 @@ pub(crate) struct Referee {
 impl Referee {
     /// Of a robot that has not moved yet.
     pub(crate) fn new(slot: usize, robot: &Robot, seed: u64, dt_s: f64) -> Referee {
-        let goal = |at: &Point2<f64>| Goal { at: *at, yaw_rad: None, source: Source::Scenario, moves: false };
+        let goal = |at: &Point2<f64>| Goal { at: *at, yaw_rad: None, source: GoalSource::Scenario, moves: false };
         let mut waiting: VecDeque<Goal> = robot.goals.iter().map(goal).collect();
         if let Some(last) = waiting.back_mut() {
             last.yaw_rad = robot.goal_yaw_rad;
@@ -92,7 +81,7 @@ impl Referee {
         // A robot without a goal would be at it.
         let current = waiting.pop_front().unwrap_or_else(|| goal(&robot.start));
         Referee {
-            slot: slot as u32,
+            index: RobotIndex::of(slot),
             tolerance_m: robot.goal_tolerance_m,
             yaw_tolerance_rad: robot.goal_yaw_tolerance_rad,
             yaw_rad: robot.start_yaw_rad,
@@ -158,9 +147,9 @@ impl Referee {
     }
 
     /// A new goal. False if as many as there may be are waiting.
-    pub(crate) fn task(&mut self, at: Point2<f64>, yaw_rad: Option<f64>, now: bool, source: Source) -> bool {
-        let goal = Goal { at, yaw_rad, source, moves: false };
-        if now {
+    pub(crate) fn task(&mut self, task: &Task, source: GoalSource) -> bool {
+        let goal = Goal { at: task.goal, yaw_rad: task.yaw_rad, source, moves: false };
+        if task.now {
             self.waiting.clear();
             self.round.clear();
             self.current = goal;
@@ -208,7 +197,7 @@ impl Referee {
         let away = self.distance_m(to) > self.tolerance_m || !self.looks_right();
         if self.arrival.is_some() && !self.current.moves && away {
             self.arrival = None;
-            journal.note_quietly(tick, "off-goal", self.slot, || format!("{:.3} m", self.distance_m(to)));
+            journal.note_quietly(tick, self.index, || EventKind::OffGoal { distance_m: self.distance_m(to) });
         }
         // How far on its way it is, as a share of it.
         let mut done = 0.0;
@@ -225,9 +214,9 @@ impl Referee {
             }
             if !self.counted {
                 self.goals_done += 1;
-                if self.current.source != Source::Scenario {
+                if self.current.source != GoalSource::Scenario {
                     self.tasks_done += 1;
-                    journal.note(tick, "task-done", self.slot, self.current.source.to_string());
+                    journal.note(tick, self.index, EventKind::TaskDone { source: self.current.source });
                 }
             }
             let next = self.waiting.pop_front().or_else(|| if self.counted { None } else { self.next_round() });
@@ -238,7 +227,7 @@ impl Referee {
                     let path_to_edge_m = path_m - (1.0 - done) * (to - from).norm();
                     self.arrival = Some(Arrival { tick, path_m, path_to_edge_m, ldj });
                     if !std::mem::replace(&mut self.counted, true) {
-                        journal.note(tick, "arrived", self.slot, String::new());
+                        journal.note(tick, self.index, EventKind::Arrived);
                     }
                 }
             }
@@ -280,16 +269,6 @@ fn touched([from, to]: [Point2<f64>; 2], center: Point2<f64>, radius: f64, done:
     let (enters, leaves) =
         if a > 0.0 { ((-b - root) / a, (-b + root) / a) } else { (0.0, if c <= 0.0 { 1.0 } else { -1.0 }) };
     if enters <= 1.0 && leaves >= done { Some(enters.max(done)) } else { None }
-}
-
-impl std::fmt::Display for Source {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Source::Scenario => write!(f, "scenario"),
-            Source::Timeline => write!(f, "timeline"),
-            Source::Operator(task) => write!(f, "task {task}"),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -8,10 +8,11 @@ use crate::pace::Pace;
 use crate::recorder::Recorder;
 use bus::blame::{Period, Watch};
 use bus::{
-    Address, BusError, FramePublisher, Gate, Metric, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
+    Address, BusError, FramePublisher, Gate, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
     StatsWriter, Strips, WorldWriter, clock, gate,
 };
-use model::{Drive, Mode, Scenario, Seat};
+use model::Metric;
+use model::{Drive, Mode, RobotIndex, RobotInstance, Scenario};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_world::Absence;
 use protocol::robot_to_world::Command;
@@ -93,7 +94,7 @@ struct Shell {
     frames: FramePublisher,
     stats: StatsWriter,
     /// The boards of the robots, by slot.
-    robots: Vec<Option<(Seat, RobotReader)>>,
+    robots: Vec<Option<(RobotInstance, RobotReader)>>,
     /// Commands of the tick that closes, by slot.
     commands: Vec<Option<Drive>>,
     bodies: Vec<FrameBody>,
@@ -101,7 +102,7 @@ struct Shell {
     attendance: Attendance,
     straggler_limit: Duration,
     /// Participants that have not answered the open tick.
-    missing: Vec<Seat>,
+    missing: Vec<RobotInstance>,
     command_timeout_ns: u64,
     node: Node,
 }
@@ -160,10 +161,10 @@ impl Shell {
             self.await_answers(tick, opened_ns);
             let now_ns = clock::now_ns();
             for index in 0..self.world.participants().len() {
-                let seat = self.world.participants()[index];
-                let answered = self.gate.answered(seat, tick);
-                let command = attendance::command_of_tick(tick, answered, self.command_of(seat));
-                self.obey(seat, command, gate::is_measured(tick).then_some(now_ns));
+                let instance = self.world.participants()[index];
+                let answered = self.gate.answered(instance, tick);
+                let command = attendance::command_of_tick(tick, answered, self.command_of(instance));
+                self.obey(instance, command, gate::is_measured(tick).then_some(now_ns));
             }
             self.close_tick(now_ns);
             self.take_orders();
@@ -202,10 +203,11 @@ impl Shell {
                 self.world.stood_still(lost_ns / 1_000_000);
             }
             for index in 0..self.world.participants().len() {
-                let seat = self.world.participants()[index];
-                let (newest, gate) = (self.command_of(seat), &self.gate);
-                let command = self.attendance.newest(&mut self.world, seat, newest, now_ns, &|seat| gate.signs(seat));
-                self.obey(seat, command, Some(now_ns));
+                let instance = self.world.participants()[index];
+                let (newest, gate) = (self.command_of(instance), &self.gate);
+                let command =
+                    self.attendance.newest(&mut self.world, instance, newest, now_ns, &|instance| gate.signs(instance));
+                self.obey(instance, command, Some(now_ns));
             }
             self.close_tick(now_ns);
             self.take_orders();
@@ -219,7 +221,7 @@ impl Shell {
     /// Lets the tick begin, and tells every robot what it hears and sees.
     fn open_tick(&mut self) {
         let (gate, attendance) = (&self.gate, &self.attendance);
-        self.world.open(&mut |seat| gate.is_ready(seat) && !attendance.is_silent(seat));
+        self.world.open(&mut |instance| gate.is_ready(instance) && !attendance.is_silent(instance));
         let stamp_ns = clock::now_ns();
         let (world, board) = (&self.world, &mut self.board);
         let opening = world.opening();
@@ -227,21 +229,21 @@ impl Shell {
             board.piece(*index as u32, world.piece(*index));
         }
         for slot in opening.neighbors {
-            board.neighbors(*slot as u32, world.neighbors(*slot));
+            board.neighbors(RobotIndex::of(*slot), world.neighbors(*slot));
         }
         for slot in opening.sensed {
-            board.sensed(*slot as u32, world.sensed(*slot));
+            board.sensed(RobotIndex::of(*slot), world.sensed(*slot));
         }
         for slot in opening.odometry {
-            board.odometry(*slot as u32, Odometry { stamp_ns, ..world.odometry(*slot) });
+            board.odometry(RobotIndex::of(*slot), Odometry { stamp_ns, ..world.odometry(*slot) });
         }
         for index in 0..self.world.participants().len() {
-            let seat = self.world.participants()[index];
-            let slot = seat.slot as usize;
-            if self.robots[slot].as_ref().is_none_or(|(who, _)| *who != seat) {
-                self.open_robot(seat);
+            let instance = self.world.participants()[index];
+            let slot = instance.index.at();
+            if self.robots[slot].as_ref().is_none_or(|(who, _)| *who != instance) {
+                self.open_robot(instance);
             }
-            self.attendance.takes_part(seat, self.world.tick(), stamp_ns);
+            self.attendance.takes_part(instance, self.world.tick(), stamp_ns);
         }
         self.show(stamp_ns);
         self.send_notices();
@@ -249,23 +251,24 @@ impl Shell {
 
     /// Opens the board of a robot. One that has died has none any more: it stands still until its death is reported. Where
     /// the board is there and cannot be opened, the robot cannot take part.
-    fn open_robot(&mut self, seat: Seat) {
-        let slot = seat.slot as usize;
+    fn open_robot(&mut self, instance: RobotInstance) {
+        let slot = instance.index.at();
         self.robots[slot] = None;
-        let mut reader = RobotReader::open(&self.node, seat);
+        let mut reader = RobotReader::open(&self.node, instance);
         if reader.as_ref().is_err_and(|error| !error.is_missing()) {
             // What robots hold that do not take part any more may be enough.
             let mut wanted = self.world.due().to_vec();
             wanted.extend_from_slice(self.world.participants());
             self.robots.iter_mut().for_each(|open| drop(open.take_if(|(who, _)| !wanted.contains(who))));
-            reader = RobotReader::open(&self.node, seat);
+            reader = RobotReader::open(&self.node, instance);
         }
         match reader {
-            Ok(reader) => self.robots[slot] = Some((seat, reader)),
+            Ok(reader) => self.robots[slot] = Some((instance, reader)),
             Err(error) if error.is_missing() => {}
             Err(error) => {
                 let (why, gate) = (format!("its commands cannot be read: {error}"), &self.gate);
-                self.attendance.give_up(&mut self.world, seat, Absence::Deaf { why }, &|seat| gate.signs(seat));
+                self.attendance
+                    .give_up(&mut self.world, instance, Absence::Deaf { why }, &|instance| gate.signs(instance));
             }
         }
     }
@@ -276,14 +279,14 @@ impl Shell {
     fn meet(&mut self) {
         let mut foreseen = self.world.foreseen();
         for (_, neighbors) in &mut foreseen {
-            neighbors.retain(|who| self.gate.is_ready(Seat { slot: who.slot, incarnation: who.incarnation }));
+            neighbors.retain(|who| self.gate.is_ready((*who).into()));
         }
         for (slot, neighbors) in &foreseen {
-            self.board.neighbors(*slot as u32, neighbors);
+            self.board.neighbors(RobotIndex::of(*slot), neighbors);
         }
         self.gate.call_meeting();
-        for seat in self.world.due().to_vec() {
-            self.open_robot(seat);
+        for instance in self.world.due().to_vec() {
+            self.open_robot(instance);
         }
         let begun_ns = clock::now_ns();
         let limit_ns = self.straggler_limit.as_nanos() as u64;
@@ -293,7 +296,7 @@ impl Shell {
             self.take_orders();
         }
         for (slot, _) in foreseen {
-            self.board.neighbors(slot as u32, &[]);
+            self.board.neighbors(RobotIndex::of(slot), &[]);
         }
     }
 
@@ -313,7 +316,7 @@ impl Shell {
     /// Lets the tick end.
     fn close_tick(&mut self, now_ns: u64) {
         let commands = &self.commands;
-        self.world.close(&mut |seat| commands[seat.slot as usize]);
+        self.world.close(&mut |instance| commands[instance.index.at()]);
         self.gate.set_progress(Progress {
             tick: self.world.tick(),
             robots: self.world.robot_count() as u32,
@@ -322,30 +325,30 @@ impl Shell {
             stamp_ns: now_ns,
         });
         let gate = &self.gate;
-        self.attendance.welcome_back(&mut self.world, &|seat| gate.signs(seat));
+        self.attendance.welcome_back(&mut self.world, &|instance| gate.signs(instance));
     }
 
-    /// The newest command of a seat, if it ever gave one.
-    fn command_of(&self, seat: Seat) -> Option<Command> {
-        let (who, reader) = self.robots[seat.slot as usize].as_ref()?;
-        attendance::command_of(seat, reader.command()).filter(|_| *who == seat)
+    /// The newest command of a robot instance, if it ever gave one.
+    fn command_of(&self, instance: RobotInstance) -> Option<Command> {
+        let (who, reader) = self.robots[instance.index.at()].as_ref()?;
+        attendance::command_of(instance, reader.command()).filter(|_| *who == instance)
     }
 
     /// Takes a command for this tick; `now_ns`, if its age is to be measured.
-    fn obey(&mut self, seat: Seat, command: Option<Command>, now_ns: Option<u64>) {
+    fn obey(&mut self, instance: RobotInstance, command: Option<Command>, now_ns: Option<u64>) {
         if let (Some(command), Some(now_ns)) = (&command, now_ns) {
             for (metric, stamp_ns) in
                 [(Metric::CommandAge, command.stamp_ns), (Metric::Reaction, command.odometry_stamp_ns)]
             {
                 let age_ns = now_ns.saturating_sub(stamp_ns);
                 self.stats.record(metric, age_ns);
-                self.stats.record_of(seat.slot, metric, age_ns, now_ns);
+                self.stats.record_of(instance.index, metric, age_ns, now_ns);
             }
         }
         if let Some(command) = &command {
-            self.world.planned(seat, command.plan_state());
+            self.world.planned(instance, command.plan_state());
         }
-        self.commands[seat.slot as usize] = command.and_then(|command| command.drive());
+        self.commands[instance.index.at()] = command.and_then(|command| command.drive());
     }
 
     /// Waits until every robot that is to enter now is ready, or has been given up.
@@ -357,9 +360,9 @@ impl Shell {
     }
 
     /// Whether a robot that is to enter now, and that has not been given up, has not said this yet.
-    fn misses(&mut self, said: fn(&Gate, Seat) -> bool) -> bool {
+    fn misses(&mut self, said: fn(&Gate, RobotInstance) -> bool) -> bool {
         let gate = &self.gate;
-        self.attendance.misses(&mut self.world, &|seat| said(gate, seat))
+        self.attendance.misses(&mut self.world, &|instance| said(gate, instance))
     }
 
     /// Waits until every participant has answered the tick, or has been given up.
@@ -368,13 +371,13 @@ impl Shell {
         loop {
             self.gate.wait_answers(tick, PATIENCE);
             let gate = &self.gate;
-            self.attendance.missing(&self.world, &|seat| gate.answered(seat, tick), &mut self.missing);
+            self.attendance.missing(&self.world, &|instance| gate.answered(instance, tick), &mut self.missing);
             if self.missing.is_empty() || gate.stopped() {
                 return;
             }
-            let overdue = self.attendance.overdue(clock::now_ns(), &self.missing, &mut |seat| seen(gate, seat));
-            for seat in overdue {
-                self.attendance.give_up(&mut self.world, seat, Absence::Overdue, &|seat| gate.signs(seat));
+            let overdue = self.attendance.overdue(clock::now_ns(), &self.missing, &mut |instance| seen(gate, instance));
+            for instance in overdue {
+                self.attendance.give_up(&mut self.world, instance, Absence::Overdue, &|instance| gate.signs(instance));
             }
             self.take_orders();
         }
@@ -386,7 +389,7 @@ impl Shell {
         self.notices.flush();
         while let Some(order) = self.orders.take() {
             let gate = &self.gate;
-            self.attendance.take(&mut self.world, order, &|seat| gate.signs(seat));
+            self.attendance.take(&mut self.world, order, &|instance| gate.signs(instance));
         }
     }
 
@@ -423,9 +426,9 @@ impl Shell {
     }
 }
 
-/// What the kernel says of the agent of a seat.
-fn seen(gate: &Gate, seat: Seat) -> Option<Seen> {
-    let pid = gate.process(seat)?;
+/// What the kernel says of the agent of a robot instance.
+fn seen(gate: &Gate, instance: RobotInstance) -> Option<Seen> {
+    let pid = gate.process(instance)?;
     let runnable = bus::process::state_of(pid) == Some('R');
     Some(Seen { stat: clock::schedstat_of(pid)?, runnable })
 }

@@ -13,11 +13,12 @@ use crate::kinematics::fits;
 use crate::links::Parts;
 use crate::presence::{Presence, State};
 use crate::ranges::Ranges;
-use crate::referee::{Referee, Source};
+use crate::referee::Referee;
 use crate::shapes::Shapes;
 use crate::touch;
 use model::{
-    Clock, Drive, MAX_ROBOTS, PlanState, Robot, Scenario, Seat, StragglerPolicy, TimelineAction, TimelineEvent, Touch,
+    Clock, Drive, EventKind, GoalSource, MAX_ROBOTS, Partner, PlanState, Robot, RobotIndex, RobotInstance, Scenario,
+    StragglerPolicy, Task, TimelineAction, TimelineEvent, Touch,
 };
 use nalgebra::Point2;
 use protocol::daemon_to_world::{Absence, Order, Ticket};
@@ -69,8 +70,8 @@ pub struct World {
     hash: u64,
 
     // Buffers of the open tick.
-    participants: Vec<Seat>,
-    due: Vec<Seat>,
+    participants: Vec<RobotInstance>,
+    due: Vec<RobotInstance>,
     entered: Vec<usize>,
     odometry_changed: Vec<usize>,
     pieces: Vec<Piece>,
@@ -129,14 +130,14 @@ impl World {
         };
         for (slot, robot) in scenario.robots.iter().enumerate() {
             let joins = |event: &&TimelineEvent| matches!(event.what, TimelineAction::Join { robot } if robot == slot);
-            world.seat(slot, robot, scenario.events.iter().find(joins).map_or(0, |event| event.tick));
+            world.place(slot, robot, scenario.events.iter().find(joins).map_or(0, |event| event.tick));
         }
         world.announce();
         world
     }
 
     /// Gives a slot its robot, to enter at `at`.
-    fn seat(&mut self, slot: usize, robot: &Robot, at: u64) {
+    fn place(&mut self, slot: usize, robot: &Robot, at: u64) {
         for vacant in self.robots.len()..=slot {
             self.robots.push(None);
             self.referees.push(None);
@@ -170,15 +171,15 @@ impl World {
     }
 
     /// Whether this is the present life of a robot, with a process that runs or is on its way: what is said of any other
-    /// seat is about nobody.
-    pub fn has_process(&self, seat: Seat) -> bool {
-        let presence = self.presences.get(seat.slot as usize);
-        presence.is_some_and(|presence| presence.seat() == seat && presence.has_process())
+    /// instance is about nobody.
+    pub fn has_process(&self, instance: RobotInstance) -> bool {
+        let presence = self.presences.get(instance.index.at());
+        presence.is_some_and(|presence| presence.instance() == instance && presence.has_process())
     }
 
     /// Time stood still for the world's process: it goes on from now, and does not make up for it.
     pub fn stood_still(&mut self, lost_ms: u64) {
-        self.journal.note(self.tick, "gap", None, format!("{lost_ms} ms"));
+        self.journal.note(self.tick, None, EventKind::Gap { lost_ms });
     }
 
     /// Whoever still waits for an order that has not taken effect is told that the run is over.
@@ -189,36 +190,37 @@ impl World {
     }
 
     /// Whether this robot takes part, says the newest tick.
-    pub fn takes_part(&self, seat: Seat) -> bool {
-        let presence = self.presences.get(seat.slot as usize);
-        presence.is_some_and(|presence| presence.seat() == seat && presence.takes_part())
+    pub fn takes_part(&self, instance: RobotInstance) -> bool {
+        let presence = self.presences.get(instance.index.at());
+        presence.is_some_and(|presence| presence.instance() == instance && presence.takes_part())
     }
 
     /// A robot that was held answers again: it takes part from the next opening on. One that was to be held then is not.
-    pub fn back(&mut self, seat: Seat) {
+    pub fn back(&mut self, instance: RobotInstance) {
         let passed = |cause: &Absence| matches!(cause, Absence::Overdue | Absence::Stopped);
-        self.orders
-            .retain(|order| !matches!(order, Order::Absent { seat: who, cause } if *who == seat && passed(cause)));
-        if let Some(presence) = self.presences.get_mut(seat.slot as usize) {
-            presence.back(seat);
+        self.orders.retain(
+            |order| !matches!(order, Order::Absent { instance: who, cause } if *who == instance && passed(cause)),
+        );
+        if let Some(presence) = self.presences.get_mut(instance.index.at()) {
+            presence.back(instance);
         }
     }
 
-    /// The seats that must be ready before this tick may open, by slot: initial robots, and joins, restarts and resumes
-    /// due now or earlier. A seat that has been reported absent is not among them any more.
-    pub fn due(&mut self) -> &[Seat] {
+    /// The instances that must be ready before this tick may open, by slot: initial robots, and joins, restarts and resumes
+    /// due now or earlier. A robot instance that has been reported absent is not among them any more.
+    pub fn due(&mut self) -> &[RobotInstance] {
         let mut due = std::mem::take(&mut self.due);
         due.clear();
         let tick = self.tick;
-        let seats = self.presences.iter().filter(|presence| presence.due(tick)).map(Presence::seat);
-        due.extend(seats.filter(|seat| !self.orders.iter().any(|order| excuses(order, *seat))));
+        let instances = self.presences.iter().filter(|presence| presence.due(tick)).map(Presence::instance);
+        due.extend(instances.filter(|instance| !self.orders.iter().any(|order| excuses(order, *instance))));
         self.due = due;
         &self.due
     }
 
-    /// Opens the tick: orders take effect, then the timeline, then seats that are due and `ready` enter; the others
+    /// Opens the tick: orders take effect, then the timeline, then instances that are due and `ready` enter; the others
     /// stay due. Afterwards the views hold until [`close`](World::close).
-    pub fn open(&mut self, ready: &mut dyn FnMut(Seat) -> bool) -> Opening<'_> {
+    pub fn open(&mut self, ready: &mut dyn FnMut(RobotInstance) -> bool) -> Opening<'_> {
         assert!(!self.is_open, "a tick is opened once");
         self.is_open = true;
         self.apply_orders();
@@ -243,18 +245,18 @@ impl World {
         let mut orders = std::mem::take(&mut self.orders);
         for order in orders.drain(..) {
             match order {
-                Order::Admit { slot, ref robot } => {
-                    let admitted = self.admit(slot as usize, robot);
+                Order::Admit { index, ref robot } => {
+                    let admitted = self.admit(index, robot);
                     self.answer(order.ticket(), admitted);
                 }
-                Order::Remove { slot } => self.leave(slot as usize),
-                Order::Task { task, slot, goal_m, yaw_rad, now } => {
-                    let taken = self.task(slot as usize, (Point2::from(goal_m), yaw_rad), now, Source::Operator(task));
+                Order::Remove { index } => self.leave(index.at()),
+                Order::Task { id, index, task } => {
+                    let taken = self.task(index, task, GoalSource::Operator(id));
                     self.answer(order.ticket(), taken);
                 }
-                Order::Absent { seat, cause } => {
-                    if let Some(presence) = self.presences.get_mut(seat.slot as usize) {
-                        presence.absent(seat, cause, self.straggler, self.tick, &mut self.journal);
+                Order::Absent { instance, cause } => {
+                    if let Some(presence) = self.presences.get_mut(instance.index.at()) {
+                        presence.absent(instance, cause, self.straggler, self.tick, &mut self.journal);
                     }
                 }
                 Order::Stop => {} // Has taken effect when it was given.
@@ -270,9 +272,9 @@ impl World {
             match what {
                 TimelineAction::Join { .. } => {} // The slot has been waiting for this tick since the start.
                 TimelineAction::Leave { robot } => self.leave(robot),
-                TimelineAction::Task { robot, goal, yaw_rad, now } => {
+                TimelineAction::Task { robot, task } => {
                     // The log says so if it was not taken; nobody waits for an answer.
-                    let _ = self.task(robot, (goal, yaw_rad), now, Source::Timeline);
+                    let _ = self.task(RobotIndex::of(robot), task, GoalSource::Timeline);
                 }
                 TimelineAction::Kill { robot } => self.presences[robot].kill(self.tick, &mut self.journal),
                 TimelineAction::Pause { robot, ticks } => {
@@ -287,8 +289,7 @@ impl World {
                             self.bodies.iter_mut().for_each(|body| body.hears_surely = radio.is_sure());
                         }
                     }
-                    let (slot, detail) = (robot.map(|robot| robot as u32), format!("{radio:?}"));
-                    self.journal.note(self.tick, "radio", slot, detail);
+                    self.journal.note(self.tick, robot.map(RobotIndex::of), EventKind::Radio { radio });
                 }
             }
         }
@@ -300,18 +301,19 @@ impl World {
         }
     }
 
-    fn admit(&mut self, slot: usize, robot: &Robot) -> Result<(), &'static str> {
+    fn admit(&mut self, index: RobotIndex, robot: &Robot) -> Result<(), &'static str> {
+        let slot = index.at();
         let vacant = self.presences.get(slot).is_none_or(|presence| presence.state == State::Vacant);
         let problem = match &robot.arm {
             // Its links would come between the pieces of others.
             Some(_) => "an arm cannot be added",
             None if slot < self.slots_max && vacant => {
-                self.seat(slot, robot, self.tick + 1);
+                self.place(slot, robot, self.tick + 1);
                 return Ok(());
             }
             None => "the slot is not free",
         };
-        self.journal.note(self.tick, "ignored", slot as u32, format!("admit: {problem}"));
+        self.journal.note(self.tick, index, EventKind::Ignored { order: "admit".to_owned(), why: problem.to_owned() });
         Err(problem)
     }
 
@@ -321,53 +323,36 @@ impl World {
         }
     }
 
-    fn task(
-        &mut self,
-        slot: usize,
-        (goal, yaw_rad): (Point2<f64>, Option<f64>),
-        now: bool,
-        source: Source,
-    ) -> Result<(), &'static str> {
-        let left = self.referees.get(slot).and_then(Option::as_ref).map_or(0, Referee::goals_left);
-        let result = self.try_task(slot, (goal, yaw_rad), now, source);
-        let place = match yaw_rad {
-            Some(yaw_rad) => format!("({}, {}, {yaw_rad} rad)", goal.x, goal.y),
-            None => format!("({}, {})", goal.x, goal.y),
+    fn task(&mut self, index: RobotIndex, task: Task, source: GoalSource) -> Result<(), &'static str> {
+        let left = self.referees.get(index.at()).and_then(Option::as_ref).map_or(0, Referee::goals_left);
+        let result = self.try_task(index.at(), &task, source);
+        let kind = match result {
+            Ok(()) => EventKind::Task { source, task, given_up: if task.now && left > 1 { left } else { 0 } },
+            Err(problem) => EventKind::Ignored { order: source.to_string(), why: problem.to_owned() },
         };
-        let (kind, detail) = match result {
-            Ok(()) if now && left > 1 => ("task", format!("{place}, now, {left} goals are given up")),
-            Ok(()) => ("task", format!("{place}, {}", if now { "now" } else { "queued" })),
-            Err(problem) => ("ignored", problem.to_owned()),
-        };
-        self.journal.note(self.tick, kind, slot as u32, format!("{source}: {detail}"));
+        self.journal.note(self.tick, index, kind);
         result
     }
 
-    fn try_task(
-        &mut self,
-        slot: usize,
-        (goal, yaw_rad): (Point2<f64>, Option<f64>),
-        now: bool,
-        source: Source,
-    ) -> Result<(), &'static str> {
+    fn try_task(&mut self, slot: usize, task: &Task, source: GoalSource) -> Result<(), &'static str> {
         let Some(referee) = self.referees.get_mut(slot).and_then(Option::as_mut) else {
             return Err("unknown robot");
         };
         if self.presences[slot].gone().is_some() {
             return Err(ROBOT_GONE);
         }
-        if !(goal.x.is_finite() && goal.y.is_finite() && yaw_rad.is_none_or(f64::is_finite)) {
+        if !(task.goal.coords.iter().all(|x| x.is_finite()) && task.yaw_rad.is_none_or(f64::is_finite)) {
             return Err("the goal is nowhere");
         }
-        if referee.task(goal, yaw_rad, now, source) { Ok(()) } else { Err(TOO_MANY_GOALS) }
+        if referee.task(task, source) { Ok(()) } else { Err(TOO_MANY_GOALS) }
     }
 
-    fn enter(&mut self, ready: &mut dyn FnMut(Seat) -> bool) {
+    fn enter(&mut self, ready: &mut dyn FnMut(RobotInstance) -> bool) {
         let tick = self.tick;
         self.entered.clear();
         for (slot, presence) in self.presences.iter_mut().enumerate() {
             let answers = presence.state == State::Held { answers: true };
-            if answers || presence.due(tick) && ready(presence.seat()) {
+            if answers || presence.due(tick) && ready(presence.instance()) {
                 if presence.enter(tick, &mut self.journal) {
                     self.entered.push(slot);
                 }
@@ -392,13 +377,13 @@ impl World {
         self.shapes.open();
         for slot in 0..self.bodies.len() {
             let (presence, body) = (&self.presences[slot], &mut self.bodies[slot]);
-            body.seat = presence.seat();
+            body.instance = presence.instance();
             body.in_world = presence.in_world();
             body.takes_part = presence.takes_part();
             body.on_radio = presence.on_radio(self.tick);
             body.from = body.pose.position;
             if body.takes_part {
-                self.participants.push(body.seat);
+                self.participants.push(body.instance);
             } else {
                 body.pose.halt();
             }
@@ -446,20 +431,20 @@ impl World {
     }
 
     /// A robot says whether its method has a plan: to be called before the tick closes. That it gave up is an event.
-    pub fn planned(&mut self, seat: Seat, state: PlanState) {
-        let Some(known) = self.plans.get_mut(seat.slot as usize) else { return };
+    pub fn planned(&mut self, instance: RobotInstance, state: PlanState) {
+        let Some(known) = self.plans.get_mut(instance.index.at()) else { return };
         if std::mem::replace(known, state) != state && state == PlanState::GaveUp {
-            self.journal.note_quietly(self.tick, "gave-up", seat.slot, || "its method found no way".to_owned());
+            self.journal.note_quietly(self.tick, instance.index, || EventKind::GaveUp);
         }
     }
 
     /// Closes the tick: everyone drives as `commands` says for `participants`, and stands still without a command;
     /// obstacles and goals move, contacts are counted and goals judged. Afterwards [`tick`](World::tick) is one more.
-    pub fn close(&mut self, commands: &mut dyn FnMut(Seat) -> Option<Drive>) {
+    pub fn close(&mut self, commands: &mut dyn FnMut(RobotInstance) -> Option<Drive>) {
         assert!(self.is_open, "only an open tick can be closed");
         for index in 0..self.participants.len() {
-            let seat = self.participants[index];
-            self.obey(seat, commands(seat));
+            let instance = self.participants[index];
+            self.obey(instance, commands(instance));
         }
         self.tick += 1;
         let time_s = self.time_s();
@@ -471,8 +456,8 @@ impl World {
         self.is_open = false;
     }
 
-    fn obey(&mut self, seat: Seat, drive: Option<Drive>) {
-        let (slot, dt_s) = (seat.slot as usize, self.clock.dt_s());
+    fn obey(&mut self, instance: RobotInstance, drive: Option<Drive>) {
+        let (slot, dt_s) = (instance.index.at(), self.clock.dt_s());
         let body = &mut self.bodies[slot];
         let fitting = drive.filter(|drive| fits(body.kind, drive));
         if let Some(arm) = arm::of_slot_mut(&mut self.arms, slot) {
@@ -490,7 +475,7 @@ impl World {
         if let (Some(drive), None) = (drive, fitting)
             && !std::mem::replace(&mut self.scolded[slot], true)
         {
-            self.journal.note(self.tick, "bad-command", seat.slot, format!("{drive:?} for a {:?}", body.kind));
+            self.journal.note(self.tick, instance.index, EventKind::BadCommand { drive, body: body.kind });
         }
     }
 
@@ -506,10 +491,11 @@ impl World {
             if body.in_world {
                 referee.pass(self.tick, body.pose.position);
                 let Point2 { coords } = body.pose.position;
-                let seat = u64::from(body.seat.slot) << 32 | u64::from(body.seat.incarnation);
+                let instance = u64::from(body.instance.index.0) << 32 | u64::from(body.instance.incarnation);
                 let state = [coords.x.to_bits(), coords.y.to_bits(), body.pose.yaw_rad.to_bits()];
-                self.hash = [self.tick, seat, referee.goals_done.into()].into_iter().chain(state).fold(self.hash, mix);
-                if let Some(arm) = arm::of_slot(&self.arms, body.seat.slot as usize) {
+                self.hash =
+                    [self.tick, instance, referee.goals_done.into()].into_iter().chain(state).fold(self.hash, mix);
+                if let Some(arm) = arm::of_slot(&self.arms, body.instance.index.at()) {
                     self.hash = arm.state.joints_rad.map(f64::to_bits).into_iter().fold(self.hash, mix);
                 }
             }
@@ -518,40 +504,40 @@ impl World {
 
     /// Logs the contacts just found, in the tick that opened with `opened`.
     fn log_contacts(&mut self, opened: u64) {
-        let name = |slot: usize| self.robots[slot].as_ref().map_or("", |robot| robot.id.as_str());
         for contact in &self.contacts.found {
             let (Contact::Robots(slot, _) | Contact::Obstacle(slot, _)) = *contact;
             if let (Contact::Obstacle(_, index), Some(referee)) = (*contact, &mut self.referees[slot]) {
                 referee.trespassed |= !self.shapes.obstacles[index].moves();
             }
-            self.journal.note_contact(self.tick, slot as u32, || {
+            self.journal.note_quietly(self.tick, RobotIndex::of(slot), || {
                 let body = &self.bodies[slot];
                 let parts = Parts::of(body, &self.arms);
-                let (detail, first) = match *contact {
+                let (with, first) = match *contact {
                     Contact::Robots(_, other) => {
                         let others = Parts::of(&self.bodies[other], &self.arms);
                         let first = touch::first(parts.as_slice(), others.as_slice().iter().copied());
-                        (format!("with {}", name(other)), first)
+                        (Partner::Robot(RobotIndex::of(other)), first)
                     }
                     Contact::Obstacle(_, index) => {
                         let first = touch::first(parts.as_slice(), self.shapes.ways(&self.shapes.obstacles[index]));
-                        (format!("with obstacle {index}"), first)
+                        (Partner::Obstacle(index as u32), first)
                     }
                 };
                 // Inside a polygon whose edges are far there is no surface to touch.
                 let (share, at) = first.map_or((0.0, body.from), |first| (first.share, first.at));
-                (detail, Touch { t_s: (opened as f64 + share) * self.clock.dt_s(), at_m: [at.x, at.y] })
+                let touch = Touch { t_s: (opened as f64 + share) * self.clock.dt_s(), at_m: [at.x, at.y] };
+                EventKind::Contact { with, touch }
             });
         }
     }
 }
 
-/// Whether an order that has not taken effect yet means that nobody needs to wait for a seat.
-fn excuses(order: &Order, seat: Seat) -> bool {
+/// Whether an order that has not taken effect yet means that nobody needs to wait for a robot instance.
+fn excuses(order: &Order, instance: RobotInstance) -> bool {
     match order {
         // A process that is stopped may go on; it is waited for until it is overdue.
-        Order::Absent { seat: absent, cause } => *absent == seat && *cause != Absence::Stopped,
-        Order::Remove { slot } => *slot == seat.slot,
+        Order::Absent { instance: absent, cause } => *absent == instance && *cause != Absence::Stopped,
+        Order::Remove { index } => *index == instance.index,
         Order::Admit { .. } | Order::Task { .. } | Order::Stop => false,
     }
 }

@@ -103,9 +103,9 @@ fn check(scenario: &Scenario) {
         let opening = world.open(&mut |_| true);
         changes += opening.neighbors.len() + opening.sensed.len();
         let angle = world.tick() as f64 / 50.0;
-        world.close(&mut |seat| {
-            let angle = angle + f64::from(seat.slot);
-            Some(match scenario.robots[seat.slot as usize].kind {
+        world.close(&mut |instance| {
+            let angle = angle + f64::from(instance.index.0);
+            Some(match scenario.robots[instance.index.at()].kind {
                 BodyKind::TwoLinkArm => Drive::Joints { rate_radps: [0.3 * angle.cos(), angle.sin()] },
                 _ => Drive::Velocity(Vector2::new(angle.cos(), angle.sin())),
             })

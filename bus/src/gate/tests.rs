@@ -38,8 +38,8 @@ impl Drop for Fleet {
     }
 }
 
-fn seat(slot: u32) -> Seat {
-    Seat { slot, incarnation: 0 }
+fn instance(slot: u32) -> RobotInstance {
+    RobotInstance { index: RobotIndex(slot), incarnation: 0 }
 }
 
 const SHORT: Duration = Duration::from_millis(60);
@@ -48,20 +48,23 @@ const SHORT: Duration = Duration::from_millis(60);
 fn the_last_answer_wakes_the_world_and_the_others_do_not() {
     let fleet = Fleet::new(3);
     fleet.gate.open_tick(7, 2, 1);
-    fleet.gate.answer(seat(0), 7);
-    assert!(fleet.gate.answered(seat(0), 7) && !fleet.gate.answered(seat(1), 7));
-    assert!(!fleet.gate.answered(seat(0), 6) && !fleet.gate.answered(Seat { slot: 0, incarnation: 1 }, 7));
+    fleet.gate.answer(instance(0), 7);
+    assert!(fleet.gate.answered(instance(0), 7) && !fleet.gate.answered(instance(1), 7));
+    assert!(
+        !fleet.gate.answered(instance(0), 6)
+            && !fleet.gate.answered(RobotInstance { index: RobotIndex(0), incarnation: 1 }, 7)
+    );
     let rings = fleet.gate.map.u32_at(BELL).load(Acquire);
     thread::scope(|scope| {
         scope.spawn(|| {
             thread::sleep(SHORT);
-            fleet.gate.answer(seat(1), 7);
+            fleet.gate.answer(instance(1), 7);
         });
         let waited = fleet.wait(7, TIMEOUT);
         assert!(waited >= SHORT / 2 && waited < LOST, "{waited:?}");
     });
     assert_eq!(fleet.gate.map.u32_at(BELL).load(Acquire), rings + 1);
-    assert!(fleet.gate.answered(seat(1), 7));
+    assert!(fleet.gate.answered(instance(1), 7));
 }
 
 #[test]
@@ -70,7 +73,7 @@ fn a_wait_with_nobody_missing_returns_at_once() {
     fleet.gate.open_tick(0, 0, 1);
     assert!(fleet.wait(0, TIMEOUT) < LOST);
     fleet.gate.open_tick(1, 1, 1);
-    fleet.gate.answer(seat(0), 1);
+    fleet.gate.answer(instance(0), 1);
     assert!(fleet.wait(1, TIMEOUT) < LOST);
 }
 
@@ -79,12 +82,12 @@ fn an_answer_for_an_older_tick_does_not_count() {
     let fleet = Fleet::new(2);
     fleet.gate.open_tick(1, 1, 1);
     fleet.gate.open_tick(2, 1, 1);
-    fleet.gate.answer(seat(1), 1);
-    assert!(fleet.gate.answered(seat(1), 1) && !fleet.gate.answered(seat(1), 2));
+    fleet.gate.answer(instance(1), 1);
+    assert!(fleet.gate.answered(instance(1), 1) && !fleet.gate.answered(instance(1), 2));
     assert!(fleet.wait(2, SHORT) >= SHORT, "nobody answered tick 2");
     // Not even one that shares the lower half of the tick with nothing but the one before.
     fleet.gate.open_tick(1 << 32, 1, 1);
-    fleet.gate.answer(seat(1), 2);
+    fleet.gate.answer(instance(1), 2);
     assert_eq!(fleet.gate.map.u64_at(COUNTER).load(Acquire) & REMAINING, 1);
 }
 
@@ -93,7 +96,7 @@ fn an_agent_that_died_before_its_decrement_costs_one_look_and_no_wake_up() {
     let fleet = Fleet::new(3);
     fleet.gate.open_tick(1, 3, 1);
     // Killed between its slot and its decrement: the counter will never reach zero.
-    fleet.gate.slot(0, ANSWER).unwrap().store(answer_of(seat(0), 1), Release);
+    fleet.gate.slot(RobotIndex(0), ANSWER).unwrap().store(answer_of(instance(0), 1), Release);
     // The daemon rings; the world looks, still misses the others, and waits again.
     fleet.gate.ring_world();
     assert!(fleet.wait(1, TIMEOUT) < LOST);
@@ -102,12 +105,12 @@ fn an_agent_that_died_before_its_decrement_costs_one_look_and_no_wake_up() {
         scope.spawn(|| {
             for slot in [1, 2] {
                 thread::sleep(SHORT);
-                fleet.gate.answer(seat(slot), 1);
+                fleet.gate.answer(instance(slot), 1);
             }
         });
         for slot in [1, 2] {
             assert!(fleet.wait(1, TIMEOUT) < LOST);
-            assert!(fleet.gate.answered(seat(slot), 1));
+            assert!(fleet.gate.answered(instance(slot), 1));
         }
     });
 }
@@ -116,14 +119,14 @@ fn an_agent_that_died_before_its_decrement_costs_one_look_and_no_wake_up() {
 fn an_answer_that_nobody_expected_costs_one_look_and_no_wake_up() {
     let fleet = Fleet::new(3);
     fleet.gate.open_tick(1, 1, 1);
-    fleet.gate.answer(seat(2), 1);
-    assert!(fleet.wait(1, TIMEOUT) < LOST, "the counter is zero, though seat 1 has not answered");
+    fleet.gate.answer(instance(2), 1);
+    assert!(fleet.wait(1, TIMEOUT) < LOST, "the counter is zero, though instance 1 has not answered");
     thread::scope(|scope| {
         scope.spawn(|| {
             thread::sleep(SHORT);
-            fleet.gate.answer(seat(1), 1);
+            fleet.gate.answer(instance(1), 1);
         });
-        while !fleet.gate.answered(seat(1), 1) {
+        while !fleet.gate.answered(instance(1), 1) {
             assert!(fleet.wait(1, TIMEOUT) < LOST);
         }
     });
@@ -142,8 +145,11 @@ fn a_call_is_heard_whenever_it_comes() {
         });
         fleet.gate.wait_call(TIMEOUT);
     });
-    fleet.gate.announce_ready(seat(0));
-    assert!(fleet.gate.is_ready(seat(0)) && !fleet.gate.is_ready(Seat { slot: 0, incarnation: 1 }));
+    fleet.gate.announce_ready(instance(0));
+    assert!(
+        fleet.gate.is_ready(instance(0))
+            && !fleet.gate.is_ready(RobotInstance { index: RobotIndex(0), incarnation: 1 })
+    );
     let start = now_ns();
     fleet.gate.wait_call(TIMEOUT);
     fleet.gate.wait_call(SHORT);
@@ -185,9 +191,11 @@ fn agents_see_ticks_start_and_stop() {
         });
         assert!(agent.wait_meeting(TIMEOUT));
     });
-    assert!(!fleet.gate.has_met(seat(0)));
-    agent.announce_met(seat(0));
-    assert!(fleet.gate.has_met(seat(0)) && !fleet.gate.has_met(Seat { slot: 0, incarnation: 1 }));
+    assert!(!fleet.gate.has_met(instance(0)));
+    agent.announce_met(instance(0));
+    assert!(
+        fleet.gate.has_met(instance(0)) && !fleet.gate.has_met(RobotInstance { index: RobotIndex(0), incarnation: 1 })
+    );
 
     assert_eq!((agent.start_ns(), agent.wait_start(SHORT)), (None, None));
     thread::scope(|scope| {
@@ -197,9 +205,9 @@ fn agents_see_ticks_start_and_stop() {
         });
         assert_eq!(agent.wait_start(TIMEOUT), Some(99));
     });
-    let signs = fleet.gate.signs(seat(0));
-    agent.note_alive(seat(0));
-    assert_ne!(fleet.gate.signs(seat(0)), signs);
+    let signs = fleet.gate.signs(instance(0));
+    agent.note_alive(instance(0));
+    assert_ne!(fleet.gate.signs(instance(0)), signs);
 
     let progress = Progress { tick: 3, robots: 15, arrived: 7, contacts: 1 << 40, stamp_ns: 9 };
     fleet.gate.set_progress(progress);
@@ -246,7 +254,7 @@ fn no_wake_up_is_lost_in_a_crowd() {
     const AGENTS: u32 = 8;
     const TICKS: u64 = 4000;
     const DIES_AT: u64 = 1000;
-    let (dies, unasked, late) = (seat(3), seat(5), seat(6));
+    let (dies, unasked, late) = (instance(3), instance(5), instance(6));
     for seed in [1, 2, 3] {
         let fleet = Fleet::new(AGENTS);
         let dead = Arc::new(AtomicBool::new(false));
@@ -256,7 +264,7 @@ fn no_wake_up_is_lost_in_a_crowd() {
                 scope.spawn(move || {
                     let (gate, mut random) =
                         (Gate::open(&address).unwrap(), Random((seed << 32) + u64::from(slot) + 1));
-                    let (me, mut last) = (seat(slot), None);
+                    let (me, mut last) = (instance(slot), None);
                     gate.announce_ready(me);
                     loop {
                         let tick = match gate.wait_tick(last, TIMEOUT) {
@@ -290,13 +298,13 @@ fn no_wake_up_is_lost_in_a_crowd() {
                 }
             });
             let mut random = Random(seed);
-            while !(0..AGENTS).all(|slot| fleet.gate.is_ready(seat(slot))) {
+            while !(0..AGENTS).all(|slot| fleet.gate.is_ready(instance(slot))) {
                 let start = now_ns();
                 fleet.gate.wait_call(TIMEOUT);
                 assert!(now_ns() - start < LOST.as_nanos() as u64);
             }
             for tick in 0..TICKS {
-                let mut expected: Vec<Seat> = (0..AGENTS).map(seat).collect();
+                let mut expected: Vec<RobotInstance> = (0..AGENTS).map(instance).collect();
                 let is_dead = |who| who == dies && dead.load(Acquire);
                 let is_left_out = |who| (who == unasked && tick % 50 == 0) || (who == late && tick % 97 == 0);
                 expected.retain(|&who| !is_dead(who) && !is_left_out(who));
@@ -321,12 +329,15 @@ fn no_wake_up_is_lost_in_a_crowd() {
 }
 
 #[test]
-fn the_process_of_a_seat_is_that_of_its_present_life() {
+fn the_process_of_a_robot_instance_is_that_of_its_present_life() {
     let fleet = Fleet::new(2);
-    let (old, new) = (seat(1), Seat { slot: 1, incarnation: 1 });
+    let (old, new) = (instance(1), RobotInstance { index: RobotIndex(1), incarnation: 1 });
     assert_eq!((fleet.gate.process(old), fleet.gate.deaf_to(old)), (None, None));
     fleet.gate.announce_process(new);
-    fleet.gate.announce_deaf(new, 0);
-    let of = |seat| (fleet.gate.process(seat), fleet.gate.deaf_to(seat));
-    assert_eq!([of(new), of(old), of(seat(0))], [(Some(std::process::id()), Some(0)), (None, None), (None, None)]);
+    fleet.gate.announce_deaf(new, RobotIndex(0));
+    let of = |instance| (fleet.gate.process(instance), fleet.gate.deaf_to(instance));
+    assert_eq!(
+        [of(new), of(old), of(instance(0))],
+        [(Some(std::process::id()), Some(RobotIndex(0))), (None, None), (None, None)]
+    );
 }

@@ -3,12 +3,12 @@
 
 use super::scale::{COARSE, FINE, MAX_BITS, Scale};
 use super::{
-    COUNTERS, Counter, DIRECTORY, HISTOGRAM_SIZE, HISTOGRAMS, MAGIC, Metric, PRESENT, STRIP_BUCKETS, STRIP_MAX,
+    COUNTERS, Counter, DIRECTORY, HISTOGRAM_SIZE, HISTOGRAMS, LATE, MAGIC, PRESENT, STRIP_BUCKETS, STRIP_MAX,
     STRIP_METRIC, STRIP_SIZE, STRIPS,
 };
-use crate::cause::Cause;
 use crate::{Address, BusError, Result};
 use hdrhistogram::Histogram;
+use model::{Cause, Metric, PerCause, PerMetric, RobotIndex};
 use std::collections::BTreeMap;
 
 /// Buckets and their maximum; no buckets: not measured.
@@ -63,9 +63,10 @@ impl Counts {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StatsSnapshot {
     counters: [u64; Counter::ALL.len()],
-    hists: [Counts; Metric::ALL.len()],
-    /// By slot and metric.
-    strips: BTreeMap<(u32, Metric), Counts>,
+    late: PerCause<u64>,
+    hists: PerMetric<Counts>,
+    /// By robot and metric.
+    strips: BTreeMap<(RobotIndex, Metric), Counts>,
 }
 
 /// What a histogram comes to, ns.
@@ -91,9 +92,9 @@ impl StatsSnapshot {
         self.counters[counter as usize]
     }
 
-    /// Late periods, by cause in the order of [`Cause::ALL`].
-    pub fn late(&self) -> [u64; Cause::ALL.len()] {
-        Cause::ALL.map(|cause| self.counter(Counter::late(cause)))
+    /// Late periods by cause.
+    pub fn late(&self) -> PerCause<u64> {
+        self.late
     }
 
     /// Adds what another snapshot holds.
@@ -101,8 +102,11 @@ impl StatsSnapshot {
         for (mine, theirs) in self.counters.iter_mut().zip(&other.counters) {
             *mine += theirs;
         }
-        for (mine, theirs) in self.hists.iter_mut().zip(&other.hists) {
-            mine.merge(theirs);
+        for (cause, theirs) in other.late.iter() {
+            self.late[cause] += theirs;
+        }
+        for (metric, theirs) in other.hists.iter() {
+            self.hists[metric].merge(theirs);
         }
         for (key, theirs) in &other.strips {
             self.strips.entry(*key).or_default().merge(theirs);
@@ -111,24 +115,24 @@ impl StatsSnapshot {
 
     /// A metric in six numbers; `None` if nothing was measured.
     pub fn percentiles(&self, metric: Metric) -> Option<Percentiles> {
-        self.hists[metric as usize].percentiles(FINE)
+        self.hists[metric].percentiles(FINE)
     }
 
-    /// What was kept of a metric by robot: slot and numbers, sorted.
-    pub fn by_robot(&self, metric: Metric) -> Vec<(u32, Percentiles)> {
+    /// What was kept of a metric by robot, in their order.
+    pub fn by_robot(&self, metric: Metric) -> Vec<(RobotIndex, Percentiles)> {
         let of = self.strips.iter().filter(|((_, kept), _)| *kept == metric);
-        of.filter_map(|((slot, _), counts)| Some((*slot, counts.percentiles(COARSE)?))).collect()
+        of.filter_map(|((robot, _), counts)| Some((*robot, counts.percentiles(COARSE)?))).collect()
     }
 
     /// How many values of a metric lie from each of these edges (ns, rising) up to the next; the last has no end.
     /// A bucket counts where its middle is. Empty if nothing was measured.
     pub fn spread(&self, metric: Metric, edges: &[u64]) -> Vec<u64> {
-        self.hists[metric as usize].spread(FINE, edges)
+        self.hists[metric].spread(FINE, edges)
     }
 
     /// The same of what was kept of one robot.
-    pub fn spread_of(&self, slot: u32, metric: Metric, edges: &[u64]) -> Vec<u64> {
-        self.strips.get(&(slot, metric)).map_or_else(Vec::new, |counts| counts.spread(COARSE, edges))
+    pub fn spread_of(&self, robot: RobotIndex, metric: Metric, edges: &[u64]) -> Vec<u64> {
+        self.strips.get(&(robot, metric)).map_or_else(Vec::new, |counts| counts.spread(COARSE, edges))
     }
 
     fn parse(bytes: &[u8]) -> Option<StatsSnapshot> {
@@ -146,22 +150,25 @@ impl StatsSnapshot {
         for (counter, word) in Counter::ALL.iter().zip(&mut snapshot.counters) {
             *word = u64_at(COUNTERS + 8 * *counter as usize)?;
         }
+        for cause in Cause::ALL {
+            snapshot.late[cause] = u64_at(LATE + 8 * cause as usize)?;
+        }
         let mut at = HISTOGRAMS;
-        for (metric, hist) in Metric::ALL.iter().zip(&mut snapshot.hists) {
-            if present >> *metric as u32 & 1 == 1 {
-                *hist = Counts { max: u64_at(at)?, counts: counts_at(at + 64, at + HISTOGRAM_SIZE)? };
+        for metric in Metric::ALL {
+            if present >> metric as u32 & 1 == 1 {
+                snapshot.hists[metric] = Counts { max: u64_at(at)?, counts: counts_at(at + 64, at + HISTOGRAM_SIZE)? };
                 at += HISTOGRAM_SIZE;
             }
         }
         for strip in 0..usize::try_from(u64_at(STRIPS)?).ok()? {
             let at = at + strip * STRIP_SIZE;
             bytes.get(at..at + STRIP_SIZE)?;
-            let (slot, metric) = (u32_at(at)?, u32_at(at + STRIP_METRIC)?);
+            let (robot, metric) = (u32_at(at)?, u32_at(at + STRIP_METRIC)?);
             let metric = Metric::ALL.into_iter().find(|known| *known as u32 == metric);
-            let Some((slot, metric)) = slot.checked_sub(1).zip(metric) else { continue };
+            let Some((robot, metric)) = robot.checked_sub(1).map(RobotIndex).zip(metric) else { continue };
             let buckets_at = at + STRIP_BUCKETS;
             let counts = counts_at(buckets_at, buckets_at + COARSE.buckets() * 4)?;
-            snapshot.strips.insert((slot, metric), Counts { max: u64_at(at + STRIP_MAX)?, counts });
+            snapshot.strips.insert((robot, metric), Counts { max: u64_at(at + STRIP_MAX)?, counts });
         }
         Some(snapshot)
     }

@@ -1,6 +1,7 @@
 #![expect(clippy::disallowed_methods, reason = "tests look at files")]
 
 use super::*;
+use model::{PerCause, RobotIndex};
 use proptest::prelude::*;
 
 /// Writes as `write` does, and reads as everybody does.
@@ -61,14 +62,14 @@ proptest! {
     fn strips_keep_robots_apart(values in values(), split in 0_usize..400) {
         let (left, right) = values.split_at(split.min(values.len()));
         let found = written(&[], Strips::of_agent(8), |writer| {
-            for (slot, part) in [(3, left), (7, right)] {
-                part.iter().for_each(|&ns| writer.record_of(slot, Metric::PoseAge, ns, 1));
+            for (robot, part) in [(3, left), (7, right)] {
+                part.iter().for_each(|&ns| writer.record_of(RobotIndex(robot), Metric::PoseAge, ns, 1));
             }
         }).by_robot(Metric::PoseAge);
         let parts = [(3, left), (7, right)].into_iter().filter(|(_, part)| !part.is_empty());
         prop_assert_eq!(found.len(), parts.clone().count());
-        for ((slot, found), (expected, part)) in found.into_iter().zip(parts) {
-            prop_assert_eq!(slot, expected);
+        for ((robot, found), (expected, part)) in found.into_iter().zip(parts) {
+            prop_assert_eq!(robot, RobotIndex(expected));
             check(found, part.to_vec(), 0.064, 513.0)?;
         }
     }
@@ -95,13 +96,13 @@ fn counters_add_up_and_what_was_not_measured_is_none() {
         writer.add(Counter::Periods, 2);
         writer.add(Counter::Periods, 3);
         writer.add(Counter::DeadlineMisses, 9);
-        writer.add(Counter::late(Cause::Planner), 4);
+        writer.add_late(Cause::Planner, 4);
         writer.record(Metric::Reaction, 1);
-        writer.record_of(0, Metric::PoseAge, 1, 1);
+        writer.record_of(RobotIndex(0), Metric::PoseAge, 1, 1);
         writer.record(Metric::Plan, u64::MAX);
     });
     assert_eq!((snapshot.counter(Counter::Periods), snapshot.counter(Counter::DeadlineMisses)), (5, 9));
-    assert_eq!(snapshot.late(), [0, 4, 0, 0, 0]);
+    assert_eq!(snapshot.late(), PerCause::of(|cause| if cause == Cause::Planner { 4 } else { 0 }));
     assert_eq!((snapshot.percentiles(Metric::Wake), snapshot.percentiles(Metric::Reaction)), (None, None));
     assert_eq!(snapshot.by_robot(Metric::PoseAge), []);
     assert_eq!(snapshot.percentiles(Metric::Plan).unwrap().max, u64::MAX);
@@ -111,13 +112,13 @@ fn counters_add_up_and_what_was_not_measured_is_none() {
 fn a_spread_counts_every_value_once() {
     let snapshot = written(&[Metric::Wake], Strips::of_agent(4), |writer| {
         [0, 99, 101, 999_000, 1_001_000, u64::MAX].into_iter().for_each(|ns| writer.record(Metric::Wake, ns));
-        [3_000, 900_000].into_iter().for_each(|ns| writer.record_of(3, Metric::PoseAge, ns, 1));
+        [3_000, 900_000].into_iter().for_each(|ns| writer.record_of(RobotIndex(3), Metric::PoseAge, ns, 1));
     });
     let edges = [0, 100, 1_000_000, 1 << 35];
     assert_eq!(snapshot.spread(Metric::Wake, &edges), [2, 2, 1, 1]);
-    assert_eq!(snapshot.spread_of(3, Metric::PoseAge, &edges), [0, 2, 0, 0]);
+    assert_eq!(snapshot.spread_of(RobotIndex(3), Metric::PoseAge, &edges), [0, 2, 0, 0]);
     assert_eq!(
-        (snapshot.spread(Metric::Plan, &edges), snapshot.spread_of(2, Metric::PoseAge, &edges)),
+        (snapshot.spread(Metric::Plan, &edges), snapshot.spread_of(RobotIndex(2), Metric::PoseAge, &edges)),
         (vec![], vec![])
     );
 }
@@ -139,20 +140,20 @@ fn a_full_bucket_stays_full() {
 fn whoever_was_not_heard_for_longest_makes_room() {
     let robots = PAIRS_MAX as u32 + 2;
     let snapshot = written(&[], Strips::of_agent(robots), |writer| {
-        // At time 1 there is room for all but the last two; at time 2 all but slots 1 and 2 are heard again.
-        (0..robots).for_each(|slot| writer.record_of(slot, Metric::PoseAge, 1000, 1));
-        (0..PAIRS_MAX as u32).filter(|slot| ![1, 2].contains(slot)).for_each(|slot| {
-            writer.record_of(slot, Metric::PoseAge, 2000, 2);
+        // At time 1 there is room for all but the last two; at time 2 all but robots 1 and 2 are heard again.
+        (0..robots).for_each(|robot| writer.record_of(RobotIndex(robot), Metric::PoseAge, 1000, 1));
+        (0..PAIRS_MAX as u32).filter(|robot| ![1, 2].contains(robot)).for_each(|robot| {
+            writer.record_of(RobotIndex(robot), Metric::PoseAge, 2000, 2);
         });
         // At time 3 a newcomer replaces one of those.
-        writer.record_of(robots - 1, Metric::PoseAge, 3000, 3);
+        writer.record_of(RobotIndex(robots - 1), Metric::PoseAge, 3000, 3);
     });
     let found = snapshot.by_robot(Metric::PoseAge);
-    let slots: Vec<u32> = found.iter().map(|(slot, _)| *slot).collect();
-    let expected: Vec<u32> = (0..PAIRS_MAX as u32).filter(|&slot| slot != 1).chain([robots - 1]).collect();
-    assert_eq!(slots, expected);
+    let kept: Vec<u32> = found.iter().map(|(robot, _)| robot.0).collect();
+    let expected: Vec<u32> = (0..PAIRS_MAX as u32).filter(|&robot| robot != 1).chain([robots - 1]).collect();
+    assert_eq!(kept, expected);
     assert_eq!((found[0].1.n, found[PAIRS_MAX - 1].1.n, found[PAIRS_MAX - 1].1.max), (2, 1, 3000));
-    assert_eq!(snapshot.counter(Counter::UsesDropped), 2 + 1, "two found no room, and one use was slot 1's");
+    assert_eq!(snapshot.counter(Counter::UsesDropped), 2 + 1, "two found no room, and one use was robot 1's");
 }
 
 #[test]

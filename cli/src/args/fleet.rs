@@ -2,7 +2,9 @@
 
 use super::Format;
 use super::values::{Pose, parse_number, parse_point, parse_pose};
+use clap::builder::PossibleValue;
 use clap::{Args, Subcommand, ValueEnum};
+use model::Metric;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -65,22 +67,33 @@ pub struct LatencyArgs {
     pub format: Format,
 }
 
-/// What is measured in a fleet, by the name that the command line has for it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum MetricArg {
-    /// Age of a neighbour's pose when the planner uses it
-    #[default]
-    PoseAge,
-    /// Wake-up lateness of a process
-    Wake,
-    /// Time in the planner
-    Plan,
-    /// Time from wake-up to the command
-    Step,
-    /// Age of a command when it takes effect in the world
-    CommandAge,
-    /// Time from an odometry sample to the moment its command takes effect
-    Reaction,
+/// A metric, by the name that the command line has for it: that of its field without the unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MetricArg(pub Metric);
+
+impl Default for MetricArg {
+    fn default() -> MetricArg {
+        MetricArg(Metric::PoseAge)
+    }
+}
+
+impl ValueEnum for MetricArg {
+    fn value_variants<'a>() -> &'a [MetricArg] {
+        const {
+            let (mut all, mut index) = ([MetricArg(Metric::PoseAge); Metric::ALL.len()], 0);
+            while index < all.len() {
+                all[index] = MetricArg(Metric::ALL[index]);
+                index += 1;
+            }
+            &{ all }
+        }
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let MetricArg(metric) = self;
+        let name = metric.field().trim_end_matches("_us").replace('_', "-");
+        Some(PossibleValue::new(name).help(metric.help()))
+    }
 }
 
 /// `shoal add`.

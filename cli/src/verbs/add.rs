@@ -23,9 +23,9 @@ pub fn run(options: &AddArgs) -> Result<(), Failure> {
         kind: options.kind.clone(),
     });
     match fleet::ask(&address, &request)? {
-        Reply::Added { robot, slot } => match options.format {
+        Reply::Added { robot, index } => match options.format {
             Format::Json => {
-                out::json(&json!({ "schema": "shoal.add/1", "fleet": address.id(), "robot": robot, "slot": slot }))
+                out::json(&json!({ "schema": "shoal.add/1", "fleet": address.id(), "robot": robot, "slot": index }))
             }
             Format::Text => out::data(&format!("robot `{robot}` joins fleet {}\n", address.id())),
         },

@@ -3,7 +3,7 @@
 use crate::args::{AgentArgs, BareArgs, BareVerb, WorldArgs};
 use crate::exit::Failure;
 use bus::{Address, bare};
-use model::Seat;
+use model::{RobotIndex, RobotInstance};
 use robot_agent::shell::{Args, ShellError as AgentError};
 use std::io::Write;
 use world_sim::shell::ShellError as WorldError;
@@ -13,8 +13,8 @@ use world_sim::shell::ShellError as WorldError;
 /// # Errors
 /// When its fleet is gone, or its spec does not fit.
 pub fn agent(options: &AgentArgs) -> Result<(), Failure> {
-    let seat = Seat { slot: options.slot, incarnation: options.incarnation };
-    let args = Args { root: options.root.clone(), seat, parent: options.parent };
+    let instance = RobotInstance { index: RobotIndex(options.slot), incarnation: options.incarnation };
+    let args = Args { root: options.root.clone(), instance, parent: options.parent };
     robot_agent::shell::main(&args).map_err(|error| match error {
         AgentError::Bus(error) => error.into(),
         AgentError::Usage(_) => Failure::usage(error.to_string()),

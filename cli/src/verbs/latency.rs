@@ -8,13 +8,14 @@ use crate::args::{Format, LatencyArgs, MetricArg};
 use crate::exit::Failure;
 use crate::file::{Files, STANDARD};
 use crate::out;
-use bus::{Address, Counter, Gate, Metric, StatsSnapshot};
+use bus::{Address, Counter, Gate, StatsSnapshot};
 use histogram::Spread;
-use model::{Mode, Scenario};
+use model::Metric;
+use model::{Mode, RobotIndex, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
-use report::measured::{self, seat_of};
-use report::text::{blame_words, latency_lines, percentile_cells, percentile_columns};
-use report::{Column, LatencyFacts, LoopLatency, Page, Percentiles, judge, table};
+use report::measured::{self, instance_of};
+use report::text::{blame_words, latency_lines, percentile_cells, percentile_columns, period_lines};
+use report::{Column, LatencyFacts, LatencyReport, LoopLatency, Page, Percentiles, judge, table};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -27,9 +28,9 @@ struct Look {
     mode: Mode,
     tick_hz: f64,
     tick: u64,
-    robots: BTreeMap<u32, StatsSnapshot>,
+    robots: BTreeMap<RobotIndex, StatsSnapshot>,
     world: Option<StatsSnapshot>,
-    names: BTreeMap<u32, String>,
+    names: BTreeMap<RobotIndex, String>,
     facts: LatencyFacts,
 }
 
@@ -54,11 +55,11 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
     let look = look(&address)
         .and_then(|look| look.only(&options.robots))
         .map_err(|failure| if address.root().exists() { failure } else { ended(&address) })?;
-    let metric = metric_of(options.metric);
+    let MetricArg(metric) = options.metric;
     let spread = Spread::of(&look.robots, look.world.as_ref(), metric);
     let subject = match options.robots.is_empty() {
-        true => word_of(metric).to_owned(),
-        false => format!("{} of {}", word_of(metric), options.robots.join(", ")),
+        true => metric.word().to_owned(),
+        false => format!("{} of {}", metric.word(), options.robots.join(", ")),
     };
     let title = format!("{}, fleet {}: {subject}, {} values", look.scenario, look.fleet, spread.n());
     let draw = || view::histogram::draw(&title, "us, from", &spread.bars());
@@ -70,7 +71,7 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
                 value["pairs"] = json!(look.pairs());
             }
             if options.histogram {
-                value["histogram"] = json!({ "metric": field_of(metric), "n": spread.n(), "bins": spread.json() });
+                value["histogram"] = json!({ "metric": metric.field(), "n": spread.n(), "bins": spread.json() });
             }
             out::measured(&value)
         }
@@ -100,14 +101,14 @@ fn look(address: &Address) -> Result<Look, Failure> {
     let scenario: Scenario = fleet::left(address, world_sim::shell::SCENARIO_FILE)?;
     let stats = bus::stats::read_all(address)?;
     let (robots, world) = measured::by_robot(&stats);
-    let mut names: BTreeMap<u32, String> =
-        scenario.robots.iter().enumerate().map(|(slot, robot)| (slot as u32, robot.id.clone())).collect();
+    let mut names: BTreeMap<RobotIndex, String> =
+        scenario.robots.iter().enumerate().map(|(slot, robot)| (RobotIndex::of(slot), robot.id.clone())).collect();
     // Robots that were added are not in the scenario; what their agents were told is.
-    for (name, seat) in stats.iter().filter_map(|(name, _)| Some((name, seat_of(name)?))) {
-        if !names.contains_key(&seat.slot)
+    for (name, instance) in stats.iter().filter_map(|(name, _)| Some((name, instance_of(name)?))) {
+        if !names.contains_key(&instance.index)
             && let Ok(spec) = fleet::left::<AgentSpec>(address, name)
         {
-            names.insert(seat.slot, spec.robot.id);
+            names.insert(instance.index, spec.robot.id);
         }
     }
     let mode = scenario.clock.mode;
@@ -140,12 +141,17 @@ impl Look {
     fn starved_because(&self) -> Vec<String> {
         let loops = self.facts.per_robot.iter().chain(&self.facts.world);
         let wait = loops.filter_map(|of| of.run_queue_wait).reduce(f64::max);
-        judge::starved_because(self.mode, 1.0 / self.tick_hz, Some(&self.facts.clone().report(0)), wait)
+        judge::starved_because(
+            self.mode,
+            1.0 / self.tick_hz,
+            Some(&LatencyReport { measured: self.facts.clone(), ..LatencyReport::default() }),
+            wait,
+        )
     }
 
     fn pairs(&self) -> Vec<Pair> {
-        let name = |slot: u32| self.names.get(&slot).cloned().unwrap_or_else(|| format!("slot-{slot}"));
-        let of = |(slot, snapshot): (&u32, &StatsSnapshot)| -> Vec<Pair> {
+        let name = |slot: RobotIndex| self.names.get(&slot).cloned().unwrap_or_else(|| format!("slot-{slot}"));
+        let of = |(slot, snapshot): (&RobotIndex, &StatsSnapshot)| -> Vec<Pair> {
             let kept = snapshot.by_robot(Metric::PoseAge).into_iter();
             let pair = |(heard, percentiles)| Pair {
                 robot: name(*slot),
@@ -210,13 +216,8 @@ impl Look {
             return;
         }
         page.gap();
-        latency_lines(page, "latency, us", &Metric::ALL.map(|metric| (word_of(metric), of_fleet(facts, metric))));
-        if let (Some(missed), Some(periods)) = (facts.deadline_misses, facts.periods) {
-            page.row("missed periods", &format!("{missed} of {periods}"));
-        }
-        if let Some(blame) = &facts.blame {
-            page.row("late periods", &blame_words(blame));
-        }
+        latency_lines(page, "latency, us", &facts.metrics);
+        period_lines(page, facts);
         self.robots_text(page, metric);
     }
 
@@ -225,7 +226,7 @@ impl Look {
         let loops = self.facts.per_robot.iter().chain(&self.facts.world);
         let rows: Vec<Vec<String>> = loops.filter_map(|of| loop_row(of, metric)).collect();
         page.gap();
-        page.words(&format!("{}, us", word_of(metric)), 0);
+        page.words(&format!("{}, us", metric.word()), 0);
         let columns: Vec<Column> = std::iter::once(Column::left("robot", 0, 32))
             .chain(percentile_columns())
             .chain([Column::right("missed", 5), Column::right("late", 6), Column::left("mostly", 7, 9)])
@@ -262,7 +263,7 @@ impl Look {
 fn robot_text(page: &mut Page, robot: &LoopLatency) {
     page.gap();
     page.words(&format!("{}, us", robot.id), 0);
-    latency_lines(page, "", &Metric::ALL.map(|metric| (word_of(metric), of_loop(robot, metric))));
+    latency_lines(page, "", &robot.metrics);
     if let Some(missed) = robot.deadline_misses {
         page.row("missed periods", &format!("{missed} of {}", robot.periods));
     }
@@ -275,68 +276,11 @@ fn robot_text(page: &mut Page, robot: &LoopLatency) {
 }
 
 fn loop_row(of: &LoopLatency, metric: Metric) -> Option<Vec<String>> {
-    let percentiles = of_loop(of, metric)?;
+    let percentiles = of.metrics[metric]?;
     let late = of.blame.map_or_else(String::new, |blame| blame.late.to_string());
-    let mostly = of.blame.and_then(|blame| blame.most()).map_or("", bus::Cause::word);
+    let mostly = of.blame.and_then(|blame| blame.most()).map_or("", |(cause, _)| cause.word());
     let missed = of.deadline_misses.map_or_else(String::new, |missed| missed.to_string());
     Some([vec![of.id.clone()], percentile_cells(&percentiles).to_vec(), vec![missed, late, mostly.to_owned()]].concat())
-}
-
-fn of_fleet(facts: &LatencyFacts, metric: Metric) -> Option<Percentiles> {
-    match metric {
-        Metric::PoseAge => facts.pose_age_us,
-        Metric::Wake => facts.wake_us,
-        Metric::Plan => facts.plan_us,
-        Metric::Step => facts.step_us,
-        Metric::CommandAge => facts.command_age_us,
-        Metric::Reaction => facts.reaction_us,
-    }
-}
-
-fn of_loop(of: &LoopLatency, metric: Metric) -> Option<Percentiles> {
-    match metric {
-        Metric::PoseAge => of.pose_age_us,
-        Metric::Wake => of.wake_us,
-        Metric::Plan => of.plan_us,
-        Metric::Step => of.step_us,
-        Metric::CommandAge => of.command_age_us,
-        Metric::Reaction => of.reaction_us,
-    }
-}
-
-fn metric_of(metric: MetricArg) -> Metric {
-    match metric {
-        MetricArg::PoseAge => Metric::PoseAge,
-        MetricArg::Wake => Metric::Wake,
-        MetricArg::Plan => Metric::Plan,
-        MetricArg::Step => Metric::Step,
-        MetricArg::CommandAge => Metric::CommandAge,
-        MetricArg::Reaction => Metric::Reaction,
-    }
-}
-
-/// The name of a metric for people.
-fn word_of(metric: Metric) -> &'static str {
-    match metric {
-        Metric::PoseAge => "pose age",
-        Metric::Wake => "wake-up",
-        Metric::Plan => "plan",
-        Metric::Step => "step",
-        Metric::CommandAge => "command age",
-        Metric::Reaction => "reaction",
-    }
-}
-
-/// The name of its field in reports.
-fn field_of(metric: Metric) -> &'static str {
-    match metric {
-        Metric::PoseAge => "pose_age_us",
-        Metric::Wake => "wake_us",
-        Metric::Plan => "plan_us",
-        Metric::Step => "step_us",
-        Metric::CommandAge => "command_age_us",
-        Metric::Reaction => "reaction_us",
-    }
 }
 
 #[cfg(test)]

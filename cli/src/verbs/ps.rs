@@ -144,12 +144,13 @@ fn robot_row(robot: &RobotStatus) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model::RobotIndex;
 
     #[test]
     fn a_fleet_as_a_table() {
         let robot = |slot: u32, state: &str| RobotStatus {
             id: format!("r{slot:02}"),
-            slot,
+            index: RobotIndex(slot),
             incarnation: u32::from(slot == 1),
             pid: (state == "running").then_some(4700 + slot),
             state: state.into(),

@@ -47,7 +47,7 @@ pub(super) struct Summary {
 pub fn run(options: &ReproduceArgs) -> Result<i32, Failure> {
     let papers = choose(options.paper.as_deref())?;
     let folder = options.out.as_deref().map(Folder::prepare).transpose()?;
-    let interrupted = Interrupted::watch()?;
+    let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
     let mut document = Document {
         schema: "shoal.reproduce/1",
         papers: Vec::new(),

@@ -8,7 +8,7 @@ use crate::{out, run};
 use bus::clean;
 use daemon::supervisor;
 use model::MAX_ROBOTS;
-use report::text::{blame_words, bytes_text, latency_lines};
+use report::text::{bytes_text, latency_lines, period_lines};
 use report::{self, LatencyReport, Page, Report, Verdict};
 use serde::Serialize;
 
@@ -97,7 +97,7 @@ pub fn run(options: &StressArgs) -> Result<i32, Failure> {
 
 impl Stress {
     fn of(report: &Report, options: &StressArgs, left_over: Vec<String>) -> Stress {
-        let rates: Vec<f64> = (report.latency.iter().flat_map(|latency| &latency.per_robot))
+        let rates: Vec<f64> = (report.latency.iter().flat_map(|latency| &latency.measured.per_robot))
             .filter(|robot| robot.periods > 0)
             .map(|robot| {
                 let missed = robot.deadline_misses.unwrap_or(0) as f64;
@@ -142,25 +142,12 @@ impl Stress {
             page.row("rate held", &format!("{mean_hz:.2} Hz of {} (the worst robot {min_hz:.2})", self.tick_hz));
         }
         if let Some(latency) = &self.latency {
-            if let (Some(missed), Some(periods)) = (latency.deadline_misses, latency.periods) {
-                page.row("missed periods", &format!("{missed} of {periods}"));
-            }
-            if let Some(blame) = &latency.blame {
-                page.row("late periods", &blame_words(blame));
-            }
+            period_lines(page, &latency.measured);
         }
         self.resources_text(page);
         if let Some(latency) = &self.latency {
             page.gap();
-            let rows = [
-                ("pose age", latency.pose_age_us),
-                ("wake-up", latency.wake_us),
-                ("plan", latency.plan_us),
-                ("step", latency.step_us),
-                ("command age", latency.command_age_us),
-                ("reaction", latency.reaction_us),
-            ];
-            latency_lines(page, "latency, us", &rows);
+            latency_lines(page, "latency, us", &latency.measured.metrics);
         }
     }
 
@@ -189,8 +176,8 @@ impl Stress {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model::Mode;
-    use report::{Blame, LoopLatency, Percentiles};
+    use model::{Cause, Metric, Mode, PerCause};
+    use report::{Blame, LatencyFacts, LoopLatency, Percentiles};
 
     fn stress(left_over: &[&str]) -> Stress {
         let scenario = fleet::scenario(2, 50.0, 10.0).unwrap();
@@ -198,14 +185,17 @@ mod tests {
         let mut report = report::assemble(report::RunFacts::new(scenario, Default::default(), 10.0));
         let of_robot = |missed| LoopLatency { periods: 500, deadline_misses: Some(missed), ..LoopLatency::default() };
         let age = Percentiles { p50: 10_000.0, p90: 18_000.0, p99: 19_500.0, p999: 21_000.0, max: 33_000.0, n: 1000 };
-        report.latency = Some(LatencyReport {
-            pose_age_us: Some(age),
+        let mut measured = LatencyFacts {
             periods: Some(1500),
             deadline_misses: Some(5),
-            blame: Some(Blame { late: 9, scheduler: 8, neither: 1, ..Blame::default() }),
             per_robot: vec![of_robot(0), of_robot(5)],
-            ..LatencyReport::default()
-        });
+            ..LatencyFacts::default()
+        };
+        measured.metrics[Metric::PoseAge] = Some(age);
+        let mut late = PerCause::default();
+        (late[Cause::Scheduler], late[Cause::Neither]) = (8, 1);
+        measured.blame = Some(Blame::of(late));
+        report.latency = Some(LatencyReport { measured, ..LatencyReport::default() });
         report.resources.cpu_s = Some(0.5);
         report.resources.run_queue_wait_max = Some(0.002);
         report.resources.agent_pss_kib_mean = Some(1000.0);

@@ -4,6 +4,7 @@ use super::{fleet, unbuilt};
 use crate::args::{Format, Pose, TaskSendArgs, TaskVerb};
 use crate::exit::Failure;
 use crate::out;
+use model::Task;
 use protocol::operator_to_daemon::{Reply, Request};
 use serde_json::json;
 
@@ -21,9 +22,10 @@ pub fn run(verb: &TaskVerb) -> Result<(), Failure> {
 fn send(options: &TaskSendArgs) -> Result<(), Failure> {
     let address = fleet::choose(&options.fleet)?;
     let TaskSendArgs { id, goal: Pose { at_m: [x, y], yaw_rad }, now, .. } = options;
-    let request = Request::Task { robot: id.clone(), goal_m: [*x, *y], yaw_rad: *yaw_rad, now: *now };
+    let task = Task { goal: [*x, *y].into(), yaw_rad: *yaw_rad, now: *now };
+    let request = Request::Task { robot: id.clone(), task };
     match fleet::ask(&address, &request)? {
-        Reply::Tasked { task } => match options.format {
+        Reply::Tasked { id: task } => match options.format {
             Format::Json => out::json(&json!({
                 "schema": "shoal.task/1", "fleet": address.id(), "task": task, "robot": id, "goal_m": [x, y],
                 "goal_yaw_rad": yaw_rad, "now": now,

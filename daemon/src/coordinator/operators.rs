@@ -5,7 +5,7 @@
 //! is not known yet.
 
 use super::{Action, Coordinator, Member, State};
-use model::{BodyKind, ParamValues};
+use model::{BodyKind, ParamValues, RobotIndex, Task};
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use std::time::Duration;
@@ -47,7 +47,7 @@ impl Waiting {
 impl Coordinator {
     /// An operator asks for something. `near` says whether a robot of that radius would overlap a body at a place.
     /// Status needs measurements and is the shell's to answer.
-    pub fn request(&mut self, request: &Request, near: &dyn Fn([f64; 2], f64) -> Option<u32>) -> Answer {
+    pub fn request(&mut self, request: &Request, near: &dyn Fn([f64; 2], f64) -> Option<RobotIndex>) -> Answer {
         let granted = match request {
             Request::Status => Err(refused("status is answered by the supervisor, not by the coordinator", None)),
             _ if self.stopping => Err(refused("the run is over", None)),
@@ -56,7 +56,7 @@ impl Coordinator {
                 Some("is the world stopped or the machine overloaded? see `shoal ps`, and try again later"),
             )),
             Request::Add(new) => self.add(new, near),
-            Request::Task { robot, goal_m, yaw_rad, now } => self.task(robot, *goal_m, *yaw_rad, *now),
+            Request::Task { robot, task } => self.task(robot, *task),
         };
         match granted {
             Ok(waiting) => {
@@ -75,8 +75,8 @@ impl Coordinator {
         let reply = match (problem, reply) {
             (None, reply) => reply,
             (Some(problem), reply) => {
-                if let Ticket::Admit(slot) = ticket {
-                    self.not_admitted(slot);
+                if let Ticket::Admit(index) = ticket {
+                    self.not_admitted(index);
                 }
                 reply.map(|_| refused(&format!("robot `{robot}`: {problem}"), hint_for(&problem)).into())
             }
@@ -120,8 +120,8 @@ impl Coordinator {
     }
 
     /// The world has no place for a robot that an operator added: it was never there.
-    fn not_admitted(&mut self, slot: u32) {
-        if let Some(member) = self.members.get_mut(slot as usize) {
+    fn not_admitted(&mut self, index: RobotIndex) {
+        if let Some(member) = self.members.get_mut(index.at()) {
             member.state = State::Refused;
         }
         // Slots are places in lists: those before the last are given up as soon as they are the last.
@@ -131,7 +131,7 @@ impl Coordinator {
         }
     }
 
-    fn add(&mut self, new: &NewRobot, near: &dyn Fn([f64; 2], f64) -> Option<u32>) -> Result<Waiting, Refusal> {
+    fn add(&mut self, new: &NewRobot, near: &dyn Fn([f64; 2], f64) -> Option<RobotIndex>) -> Result<Waiting, Refusal> {
         let slots = self.scenario.fleet.max_robots;
         if self.scenario.robots.len() >= slots {
             return Err(refused(
@@ -163,22 +163,22 @@ impl Coordinator {
             Ok(robot) => robot,
             Err(problems) => return Err(refused(problems.to_string().trim_end(), None)),
         };
-        if let Some(slot) = near([robot.start.x, robot.start.y], robot.radius_m) {
-            let name = self.name(slot).to_owned();
+        if let Some(other) = near([robot.start.x, robot.start.y], robot.radius_m) {
+            let name = self.name(other).to_owned();
             return Err(refused(
                 &format!("start: robot `{name}` is in the way"),
                 Some("choose another start, or try again later"),
             ));
         }
-        let slot = self.scenario.robots.len() as u32;
-        let (name, reply) = (robot.id.clone(), Reply::Added { robot: robot.id.clone(), slot });
-        self.actions.push(Action::Order(Order::Admit { slot, robot: Box::new(robot.clone()) }));
+        let index = RobotIndex::of(self.scenario.robots.len());
+        let (name, reply) = (robot.id.clone(), Reply::Added { robot: robot.id.clone(), index });
+        self.actions.push(Action::Order(Order::Admit { index, robot: Box::new(robot.clone()) }));
         self.scenario.robots.push(robot);
-        self.members.push(Member::new(slot));
-        Ok(Waiting { ticket: Ticket::Admit(slot), robot: name, since: None, reply: Some(reply) })
+        self.members.push(Member::new(index));
+        Ok(Waiting { ticket: Ticket::Admit(index), robot: name, since: None, reply: Some(reply) })
     }
 
-    fn task(&mut self, name: &str, goal_m: [f64; 2], yaw_rad: Option<f64>, now: bool) -> Result<Waiting, Refusal> {
+    fn task(&mut self, name: &str, task: Task) -> Result<Waiting, Refusal> {
         let robots = &self.scenario.robots;
         let Some(slot) = robots.iter().position(|robot| robot.id == name) else {
             let known: Vec<&str> = robots.iter().map(|robot| robot.id.as_str()).collect();
@@ -187,7 +187,7 @@ impl Coordinator {
                 Some(&format!("known robots: {}", known.join(", "))),
             ));
         };
-        if let Some(problem) = scenarios::goal_problem(&self.scenario, &robots[slot], goal_m.into(), yaw_rad) {
+        if let Some(problem) = scenarios::goal_problem(&self.scenario, &robots[slot], task.goal, task.yaw_rad) {
             return Err(refused(
                 &problem,
                 Some("choose a goal in free space inside the world; only unicycles have a heading there"),
@@ -196,11 +196,11 @@ impl Coordinator {
         if self.members[slot].state == State::Left {
             return Err(refused(&format!("robot `{name}` has left"), None));
         }
-        let task = self.tasks;
-        self.tasks += 1;
-        self.actions.push(Action::Order(Order::Task { task, slot: slot as u32, goal_m, yaw_rad, now }));
-        let (robot, reply) = (name.to_owned(), Some(Reply::Tasked { task }));
-        Ok(Waiting { ticket: Ticket::Task(task), robot, since: None, reply })
+        let id = self.tasks;
+        self.tasks.0 += 1;
+        self.actions.push(Action::Order(Order::Task { id, index: RobotIndex::of(slot), task }));
+        let (robot, reply) = (name.to_owned(), Some(Reply::Tasked { id }));
+        Ok(Waiting { ticket: Ticket::Task(id), robot, since: None, reply })
     }
 }
 

@@ -1,12 +1,13 @@
 use super::*;
+use model::Task;
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 
-const ALL_READY: &dyn Fn(Seat) -> bool = &|_| true;
+const ALL_READY: &dyn Fn(RobotInstance) -> bool = &|_| true;
 const NEVER_WAITED: &dyn Fn(u32) -> Duration = &|_| Duration::ZERO;
-const NOBODY_NEAR: &dyn Fn([f64; 2], f64) -> Option<u32> = &|_, _| None;
+const NOBODY_NEAR: &dyn Fn([f64; 2], f64) -> Option<RobotIndex> = &|_, _| None;
 
-fn seat(slot: u32, incarnation: u32) -> Seat {
-    Seat { slot, incarnation }
+fn instance(slot: u32, incarnation: u32) -> RobotInstance {
+    RobotInstance { index: RobotIndex(slot), incarnation }
 }
 
 /// Two robots that are there from the start, started and in the world.
@@ -18,18 +19,18 @@ fn running(set: &[&str]) -> Coordinator {
     let mut coordinator = Coordinator::new(scenario);
     coordinator.begin();
     let spawns = coordinator.take_actions();
-    assert_eq!(spawns, [Action::Spawn(seat(0, 0)), Action::Spawn(seat(1, 0))]);
+    assert_eq!(spawns, [Action::Spawn(instance(0, 0)), Action::Spawn(instance(1, 0))]);
     for slot in [0, 1] {
-        coordinator.spawned(seat(slot, 0), 100 + slot, Duration::ZERO);
-        coordinator.notice(Notice::Expect { seat: seat(slot, 0), tick: 0 });
-        coordinator.notice(Notice::Entered { seat: seat(slot, 0), tick: 0 });
+        coordinator.spawned(instance(slot, 0), 100 + slot, Duration::ZERO);
+        coordinator.notice(Notice::Expect { instance: instance(slot, 0), tick: 0 });
+        coordinator.notice(Notice::Entered { instance: instance(slot, 0), tick: 0 });
     }
     assert_eq!(coordinator.take_actions(), [], "the world asks for what was begun already");
     coordinator
 }
 
 /// Lets the coordinator look at the clock at each of these seconds.
-fn pass(coordinator: &mut Coordinator, seconds: std::ops::RangeInclusive<u64>, ready: &dyn Fn(Seat) -> bool) {
+fn pass(coordinator: &mut Coordinator, seconds: std::ops::RangeInclusive<u64>, ready: &dyn Fn(RobotInstance) -> bool) {
     seconds.for_each(|second| coordinator.time(Duration::from_secs(second), ready, NEVER_WAITED));
 }
 
@@ -37,9 +38,9 @@ fn killed() -> Ending {
     Ending { signal: Some(9), code: None }
 }
 
-fn died(who: Seat) -> Action {
+fn died(who: RobotInstance) -> Action {
     Action::Order(Order::Absent {
-        seat: who,
+        instance: who,
         cause: Absence::Died { signal: Some(9), code: None, words: String::new() },
     })
 }
@@ -47,21 +48,21 @@ fn died(who: Seat) -> Action {
 #[test]
 fn a_death_is_a_fact_for_the_world() {
     let mut coordinator = running(&[]);
-    coordinator.exited(seat(1, 0), killed(), None, None);
-    assert_eq!(coordinator.take_actions(), [died(seat(1, 0))]);
+    coordinator.exited(instance(1, 0), killed(), None, None);
+    assert_eq!(coordinator.take_actions(), [died(instance(1, 0))]);
     assert_eq!(coordinator.members()[1].state, State::Dead);
 }
 
 #[test]
 fn the_world_learns_why_a_robot_is_not_there() {
-    let check = |state: State, code: i32, words: Option<&str>, deaf_to: Option<u32>, expected: Absence| {
+    let check = |state: State, code: i32, words: Option<&str>, deaf_to: Option<RobotIndex>, expected: Absence| {
         let mut coordinator = running(&[]);
-        coordinator.with_current(seat(0, 0), |member| member.state = state);
+        coordinator.with_current(instance(0, 0), |member| member.state = state);
         let ending = Ending { signal: None, code: Some(code) };
-        coordinator.exited(seat(0, 0), ending, words.map(str::to_owned), deaf_to);
+        coordinator.exited(instance(0, 0), ending, words.map(str::to_owned), deaf_to);
         assert_eq!(
             coordinator.take_actions(),
-            [Action::Order(Order::Absent { seat: seat(0, 0), cause: expected })],
+            [Action::Order(Order::Absent { instance: instance(0, 0), cause: expected })],
             "{state:?}"
         );
     };
@@ -78,42 +79,42 @@ fn the_world_learns_why_a_robot_is_not_there() {
     check(State::Running, 3, Some("oh"), None, Absence::Died { signal: None, code: Some(3), words: why("oh") });
     // Whether the daemon has heard that it entered does not matter.
     for state in [State::Starting, State::Running] {
-        let expected = Absence::Deaf { why: format!("cannot hear {}: no files", running(&[]).name(1)) };
-        check(state, 3, Some("no files"), Some(1), expected);
+        let expected = Absence::Deaf { why: format!("cannot hear {}: no files", running(&[]).name(RobotIndex(1))) };
+        check(state, 3, Some("no files"), Some(RobotIndex(1)), expected);
     }
 
     let mut coordinator = running(&[]);
-    coordinator.not_spawned(seat(1, 0), why("no such file"));
-    let order = Order::Absent { seat: seat(1, 0), cause: not_started("no such file") };
+    coordinator.not_spawned(instance(1, 0), why("no such file"));
+    let order = Order::Absent { instance: instance(1, 0), cause: not_started("no such file") };
     assert_eq!(coordinator.take_actions(), [Action::Order(order)], "the world's log says it, once");
 }
 
 #[test]
 fn the_next_life_starts_when_the_old_process_is_reaped() {
     let mut coordinator = running(&[]);
-    coordinator.notice(Notice::Kill { seat: seat(0, 0) });
-    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
+    coordinator.notice(Notice::Kill { instance: instance(0, 0) });
+    coordinator.notice(Notice::Expect { instance: instance(0, 1), tick: 50 });
     let actions = coordinator.take_actions();
-    assert!(actions.iter().all(|action| *action == Action::Signal(seat(0, 0), Signal::Kill)), "{actions:?}");
-    coordinator.exited(seat(0, 0), killed(), None, None);
-    assert_eq!(coordinator.take_actions(), [died(seat(0, 0)), Action::Spawn(seat(0, 1))]);
-    coordinator.spawned(seat(0, 1), 200, Duration::ZERO);
-    coordinator.exited(seat(0, 0), killed(), None, None);
+    assert!(actions.iter().all(|action| *action == Action::Signal(instance(0, 0), Signal::Kill)), "{actions:?}");
+    coordinator.exited(instance(0, 0), killed(), None, None);
+    assert_eq!(coordinator.take_actions(), [died(instance(0, 0)), Action::Spawn(instance(0, 1))]);
+    coordinator.spawned(instance(0, 1), 200, Duration::ZERO);
+    coordinator.exited(instance(0, 0), killed(), None, None);
     assert_eq!(coordinator.take_actions(), [], "nobody minds an older life");
 }
 
 #[test]
 fn what_is_said_late_of_a_process_that_has_ended_changes_nothing() {
     let mut coordinator = running(&[]);
-    coordinator.exited(seat(0, 0), killed(), None, None);
+    coordinator.exited(instance(0, 0), killed(), None, None);
     let of_before = [
-        Notice::Entered { seat: seat(0, 0), tick: 1 },
-        Notice::Pause { seat: seat(0, 0) },
-        Notice::Resume { seat: seat(0, 0) },
-        Notice::Kill { seat: seat(0, 0) },
+        Notice::Entered { instance: instance(0, 0), tick: 1 },
+        Notice::Pause { instance: instance(0, 0) },
+        Notice::Resume { instance: instance(0, 0) },
+        Notice::Kill { instance: instance(0, 0) },
     ];
     of_before.into_iter().for_each(|notice| coordinator.notice(notice));
-    assert_eq!(coordinator.take_actions(), [died(seat(0, 0))]);
+    assert_eq!(coordinator.take_actions(), [died(instance(0, 0))]);
     assert_eq!(coordinator.members()[0].state, State::Dead);
 }
 
@@ -123,23 +124,24 @@ fn a_life_that_is_over_before_it_is_started_is_not_started() {
     let heard = |notices: Vec<Notice>, reaped: bool| {
         let mut coordinator = running(&[]);
         if reaped {
-            coordinator.exited(seat(0, 0), killed(), None, None);
+            coordinator.exited(instance(0, 0), killed(), None, None);
         }
         notices.into_iter().for_each(|notice| coordinator.notice(notice));
         if !reaped {
-            coordinator.exited(seat(0, 0), killed(), None, None);
+            coordinator.exited(instance(0, 0), killed(), None, None);
         }
         let actions = coordinator.take_actions().into_iter();
-        let spawned: Vec<Seat> =
-            actions.filter_map(|action| if let Action::Spawn(seat) = action { Some(seat) } else { None }).collect();
+        let spawned: Vec<RobotInstance> = actions
+            .filter_map(|action| if let Action::Spawn(instance) = action { Some(instance) } else { None })
+            .collect();
         (spawned, coordinator.members()[0].state)
     };
-    let expect = |incarnation: u32| Notice::Expect { seat: seat(0, incarnation), tick: 50 };
-    let (kill, left) = (Notice::Kill { seat: seat(0, 1) }, Notice::Left { seat: seat(0, 1) });
+    let expect = |incarnation: u32| Notice::Expect { instance: instance(0, incarnation), tick: 50 };
+    let (kill, left) = (Notice::Kill { instance: instance(0, 1) }, Notice::Left { instance: instance(0, 1) });
     for reaped in [true, false] {
-        assert_eq!(heard(vec![expect(1)], reaped), (vec![seat(0, 1)], State::Starting));
+        assert_eq!(heard(vec![expect(1)], reaped), (vec![instance(0, 1)], State::Starting));
         assert_eq!(heard(vec![expect(1), kill.clone()], reaped), (vec![], State::Dead));
-        assert_eq!(heard(vec![expect(1), kill.clone(), expect(2)], reaped), (vec![seat(0, 2)], State::Starting));
+        assert_eq!(heard(vec![expect(1), kill.clone(), expect(2)], reaped), (vec![instance(0, 2)], State::Starting));
         assert_eq!(heard(vec![expect(1), left.clone()], reaped), (vec![], State::Left));
         assert_eq!(heard(vec![left.clone()], reaped), (vec![], State::Left), "it left before its next life began");
     }
@@ -148,23 +150,23 @@ fn a_life_that_is_over_before_it_is_started_is_not_started() {
 #[test]
 fn a_process_that_is_stopped_while_it_starts_is_given_up_at_the_limit_or_held_when_it_enters() {
     let mut coordinator = running(&["fleet.start_limit_s=2"]);
-    coordinator.exited(seat(0, 0), killed(), None, None);
-    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
-    coordinator.spawned(seat(0, 1), 200, Duration::from_secs(10));
+    coordinator.exited(instance(0, 0), killed(), None, None);
+    coordinator.notice(Notice::Expect { instance: instance(0, 1), tick: 50 });
+    coordinator.spawned(instance(0, 1), 200, Duration::from_secs(10));
     coordinator.take_actions();
-    coordinator.stopped(seat(0, 1));
+    coordinator.stopped(instance(0, 1));
     assert_eq!(coordinator.take_actions(), [], "it is not in the world");
     pass(&mut coordinator, 10..=13, &|_| false);
     assert_eq!(coordinator.take_actions().len(), 2, "given up, and killed");
 
     let mut coordinator = running(&["fleet.straggler=\"hold\""]);
-    coordinator.exited(seat(0, 0), killed(), None, None);
-    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
-    coordinator.spawned(seat(0, 1), 200, Duration::from_secs(10));
-    coordinator.stopped(seat(0, 1));
+    coordinator.exited(instance(0, 0), killed(), None, None);
+    coordinator.notice(Notice::Expect { instance: instance(0, 1), tick: 50 });
+    coordinator.spawned(instance(0, 1), 200, Duration::from_secs(10));
+    coordinator.stopped(instance(0, 1));
     coordinator.take_actions();
-    coordinator.notice(Notice::Entered { seat: seat(0, 1), tick: 50 });
-    let order = Order::Absent { seat: seat(0, 1), cause: Absence::Stopped };
+    coordinator.notice(Notice::Entered { instance: instance(0, 1), tick: 50 });
+    let order = Order::Absent { instance: instance(0, 1), cause: Absence::Stopped };
     assert_eq!(coordinator.take_actions(), [Action::Order(order)]);
     assert_eq!(coordinator.members()[0].state, State::Stopped);
 }
@@ -172,14 +174,14 @@ fn a_process_that_is_stopped_while_it_starts_is_given_up_at_the_limit_or_held_wh
 #[test]
 fn a_process_that_does_not_end_when_its_robot_has_left_is_killed() {
     let mut coordinator = running(&["fleet.start_limit_s=2"]);
-    coordinator.notice(Notice::Left { seat: seat(0, 0) });
+    coordinator.notice(Notice::Left { instance: instance(0, 0) });
     pass(&mut coordinator, 10..=11, ALL_READY);
     assert_eq!(coordinator.take_actions(), [], "it has time to end");
     coordinator.time(Duration::from_secs(60), ALL_READY, NEVER_WAITED);
     assert_eq!(coordinator.take_actions(), [], "the daemon has been away");
     pass(&mut coordinator, 61..=61, ALL_READY);
-    assert_eq!(coordinator.take_actions(), [Action::Signal(seat(0, 0), Signal::Kill)]);
-    coordinator.exited(seat(0, 0), killed(), None, None);
+    assert_eq!(coordinator.take_actions(), [Action::Signal(instance(0, 0), Signal::Kill)]);
+    coordinator.exited(instance(0, 0), killed(), None, None);
     pass(&mut coordinator, 62..=70, ALL_READY);
     assert_eq!(coordinator.take_actions(), []);
     assert_eq!(coordinator.members()[0].state, State::Left);
@@ -188,17 +190,17 @@ fn a_process_that_does_not_end_when_its_robot_has_left_is_killed() {
 #[test]
 fn a_life_that_waits_for_a_process_that_does_not_exit_is_given_up() {
     let mut coordinator = running(&["fleet.start_limit_s=2"]);
-    coordinator.notice(Notice::Kill { seat: seat(0, 0) });
-    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
+    coordinator.notice(Notice::Kill { instance: instance(0, 0) });
+    coordinator.notice(Notice::Expect { instance: instance(0, 1), tick: 50 });
     coordinator.take_actions();
     pass(&mut coordinator, 10..=12, ALL_READY);
     assert_eq!(coordinator.take_actions(), []);
     pass(&mut coordinator, 13..=13, ALL_READY);
     let why = "the process of its life before was killed but does not exit".to_owned();
-    let given_up = Order::Absent { seat: seat(0, 1), cause: Absence::NotStarted { why } };
+    let given_up = Order::Absent { instance: instance(0, 1), cause: Absence::NotStarted { why } };
     assert_eq!(coordinator.take_actions(), [Action::Order(given_up)]);
-    coordinator.exited(seat(0, 0), killed(), None, None);
-    assert_eq!(coordinator.take_actions(), [died(seat(0, 0))], "its time is over");
+    coordinator.exited(instance(0, 0), killed(), None, None);
+    assert_eq!(coordinator.take_actions(), [died(instance(0, 0))], "its time is over");
 }
 
 #[test]
@@ -227,47 +229,47 @@ fn notices_that_did_not_come_are_said_and_answers_among_them_are_not_taken_for_r
 fn a_stop_is_a_matter_of_policy_unless_the_timeline_asked_for_it() {
     for (policy, expected) in [("wait", 0), ("hold", 1), ("drop", 1)] {
         let mut coordinator = running(&[&format!("fleet.straggler={policy:?}")]);
-        coordinator.stopped(seat(0, 0));
+        coordinator.stopped(instance(0, 0));
         assert_eq!(coordinator.take_actions().len(), expected, "{policy}");
         assert_eq!(coordinator.members()[0].state, State::Stopped);
-        coordinator.continued(seat(0, 0));
+        coordinator.continued(instance(0, 0));
         assert_eq!(coordinator.members()[0].state, State::Running);
     }
     let mut coordinator = running(&[]);
-    coordinator.notice(Notice::Pause { seat: seat(0, 0) });
-    coordinator.stopped(seat(0, 0));
-    assert_eq!(coordinator.take_actions(), [Action::Signal(seat(0, 0), Signal::Stop)]);
+    coordinator.notice(Notice::Pause { instance: instance(0, 0) });
+    coordinator.stopped(instance(0, 0));
+    assert_eq!(coordinator.take_actions(), [Action::Signal(instance(0, 0), Signal::Stop)]);
 }
 
 #[test]
 fn whoever_is_not_ready_in_time_is_given_up() {
     let mut coordinator = running(&["fleet.start_limit_s=2"]);
-    coordinator.exited(seat(0, 0), killed(), None, None);
-    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
+    coordinator.exited(instance(0, 0), killed(), None, None);
+    coordinator.notice(Notice::Expect { instance: instance(0, 1), tick: 50 });
     coordinator.take_actions();
     pass(&mut coordinator, 10..=10, &|_| false);
     assert_eq!(coordinator.take_actions(), [], "it is not even started");
-    coordinator.spawned(seat(0, 1), 200, Duration::from_secs(10));
+    coordinator.spawned(instance(0, 1), 200, Duration::from_secs(10));
     coordinator.take_actions();
     pass(&mut coordinator, 11..=13, ALL_READY);
     assert_eq!(coordinator.take_actions(), [], "it waits for its tick, and is ready");
-    coordinator.spawned(seat(0, 1), 200, Duration::from_secs(13));
+    coordinator.spawned(instance(0, 1), 200, Duration::from_secs(13));
     pass(&mut coordinator, 14..=14, &|_| false);
     assert_eq!(coordinator.take_actions(), [], "there is time left");
     coordinator.time(Duration::from_secs(3600), &|_| false, NEVER_WAITED);
     assert_eq!(coordinator.take_actions(), [], "the daemon has been away: nobody ran meanwhile");
     pass(&mut coordinator, 3601..=3601, &|_| false);
     let why = "not ready within 2 s".to_owned();
-    let given_up = Action::Order(Order::Absent { seat: seat(0, 1), cause: Absence::NotStarted { why } });
-    assert_eq!(coordinator.take_actions(), [given_up, Action::Signal(seat(0, 1), Signal::Kill)]);
+    let given_up = Action::Order(Order::Absent { instance: instance(0, 1), cause: Absence::NotStarted { why } });
+    assert_eq!(coordinator.take_actions(), [given_up, Action::Signal(instance(0, 1), Signal::Kill)]);
 }
 
 #[test]
 fn waiting_for_a_processor_is_not_the_time_of_the_one_that_waits() {
     let mut coordinator = running(&["fleet.start_limit_s=2"]);
-    coordinator.exited(seat(0, 0), killed(), None, None);
-    coordinator.notice(Notice::Expect { seat: seat(0, 1), tick: 50 });
-    coordinator.spawned(seat(0, 1), 200, Duration::ZERO);
+    coordinator.exited(instance(0, 0), killed(), None, None);
+    coordinator.notice(Notice::Expect { instance: instance(0, 1), tick: 50 });
+    coordinator.spawned(instance(0, 1), 200, Duration::ZERO);
     coordinator.take_actions();
     let given_up_after = |coordinator: &mut Coordinator, waited: &dyn Fn(u64) -> u64| {
         (1..100).find(|&second| {
@@ -278,9 +280,9 @@ fn waiting_for_a_processor_is_not_the_time_of_the_one_that_waits() {
     };
     // Half of the time it was ready and had no processor; and then a process that never gets one.
     assert_eq!(given_up_after(&mut coordinator, &|second| second / 2), Some(5));
-    coordinator.exited(seat(0, 1), killed(), None, None);
-    coordinator.notice(Notice::Expect { seat: seat(0, 2), tick: 60 });
-    coordinator.spawned(seat(0, 2), 200, Duration::ZERO);
+    coordinator.exited(instance(0, 1), killed(), None, None);
+    coordinator.notice(Notice::Expect { instance: instance(0, 2), tick: 60 });
+    coordinator.spawned(instance(0, 2), 200, Duration::ZERO);
     coordinator.take_actions();
     assert_eq!(given_up_after(&mut coordinator, &|second| second), Some(41));
 }
@@ -299,7 +301,7 @@ fn add(id: &str, start_m: [f64; 2]) -> Request {
 }
 
 fn task(robot: &str, goal_m: [f64; 2]) -> Request {
-    Request::Task { robot: robot.to_owned(), goal_m, yaw_rad: None, now: false }
+    Request::Task { robot: robot.to_owned(), task: Task { goal: goal_m.into(), yaw_rad: None, now: false } }
 }
 
 fn refusal(answer: Answer) -> String {
@@ -316,8 +318,8 @@ fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
         .filter_map(|action| if let Action::Reply(ticket, reply) = action { Some((ticket, reply)) } else { None });
     replies
         .map(|(ticket, reply)| match reply {
-            Reply::Added { robot, slot } => (ticket, format!("{robot} added in {slot}")),
-            Reply::Tasked { task } => (ticket, format!("task {task}")),
+            Reply::Added { robot, index } => (ticket, format!("{robot} added as {index}")),
+            Reply::Tasked { id } => (ticket, format!("task {id}")),
             Reply::Refused { problem, .. } => (ticket, problem),
             Reply::Unconfirmed { problem, .. } => (ticket, problem),
             Reply::Status(_) => panic!("the coordinator has no status"),
@@ -333,15 +335,15 @@ fn answer(coordinator: &mut Coordinator, ticket: Ticket, refused: Option<&str>) 
 fn operators_are_served_or_told_why_not() {
     let mut coordinator = running(&["fleet.max_robots=3"]);
     assert!(refusal(coordinator.request(&add("east", [0.0, -2.0]), NOBODY_NEAR)).contains("taken"));
-    let near: &dyn Fn([f64; 2], f64) -> Option<u32> = &|_, _| Some(1);
+    let near: &dyn Fn([f64; 2], f64) -> Option<RobotIndex> = &|_, _| Some(RobotIndex(1));
     assert!(refusal(coordinator.request(&add("north", [0.0, -2.0]), near)).contains("is in the way"));
     assert_eq!(coordinator.take_actions(), []);
     let added = coordinator.request(&add("north", [0.0, -2.0]), NOBODY_NEAR);
-    assert_eq!(added, Answer::Later(Ticket::Admit(2)));
-    assert!(matches!(&coordinator.take_actions()[..], [Action::Order(Order::Admit { slot: 2, .. })]));
+    assert_eq!(added, Answer::Later(Ticket::Admit(RobotIndex(2))));
+    assert!(matches!(&coordinator.take_actions()[..], [Action::Order(Order::Admit { index: RobotIndex(2), .. })]));
     assert!(refusal(coordinator.request(&add("south", [0.0, -2.0]), NOBODY_NEAR)).contains("full"));
 
-    assert_eq!(coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR), Answer::Later(Ticket::Task(0)));
+    assert_eq!(coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR), Answer::Later(Ticket::Task(TaskId(0))));
     assert!(refusal(coordinator.request(&task("nobody", [0.0, 1.0]), NOBODY_NEAR)).contains("unknown robot"));
     assert!(refusal(coordinator.request(&task("north", [1e9, 1.0]), NOBODY_NEAR)).contains("outside"));
 }
@@ -349,7 +351,7 @@ fn operators_are_served_or_told_why_not() {
 #[test]
 fn an_operator_is_answered_when_the_world_has_decided() {
     let mut coordinator = running(&["fleet.max_robots=4"]);
-    let (north, first, second) = (Ticket::Admit(2), Ticket::Task(0), Ticket::Task(1));
+    let (north, first, second) = (Ticket::Admit(RobotIndex(2)), Ticket::Task(TaskId(0)), Ticket::Task(TaskId(1)));
     coordinator.request(&add("north", [0.0, -2.0]), NOBODY_NEAR);
     coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR);
     coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
@@ -358,10 +360,10 @@ fn an_operator_is_answered_when_the_world_has_decided() {
     answer(&mut coordinator, north, None);
     answer(&mut coordinator, first, Some("too many goals are waiting"));
     let expected =
-        [(north, "north added in 2".to_owned()), (first, "robot `north`: too many goals are waiting".to_owned())];
+        [(north, "north added as 2".to_owned()), (first, "robot `north`: too many goals are waiting".to_owned())];
     assert_eq!(replies(&mut coordinator), expected);
     answer(&mut coordinator, first, None);
-    answer(&mut coordinator, Ticket::Task(77), None);
+    answer(&mut coordinator, Ticket::Task(TaskId(77)), None);
     assert_eq!(replies(&mut coordinator), [], "nobody asked, or nobody waits any more");
     coordinator.stopping();
     coordinator.refuse_waiting();
@@ -381,10 +383,10 @@ fn a_world_that_does_not_answer_is_not_waited_for_without_end() {
     // One answer to a request, and the order still counts as waiting.
     for task_number in 1..WAITING_MAX {
         let answer = coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
-        assert_eq!(answer, Answer::Later(Ticket::Task(task_number as u32)));
+        assert_eq!(answer, Answer::Later(Ticket::Task(TaskId(task_number as u32))));
     }
     assert!(refusal(coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR)).contains("wait for the world"));
-    answer(&mut coordinator, Ticket::Task(0), None);
+    answer(&mut coordinator, Ticket::Task(TaskId(0)), None);
     assert_eq!(replies(&mut coordinator), []);
     assert!(matches!(coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR), Answer::Later(_)));
     coordinator.stopping();
@@ -398,10 +400,10 @@ fn a_robot_that_the_world_refuses_was_never_there() {
     for (id, y_m) in [("n", -2.0), ("s", -3.0), ("w", -4.0)] {
         coordinator.request(&add(id, [0.0, y_m]), NOBODY_NEAR);
     }
-    answer(&mut coordinator, Ticket::Admit(2), None);
-    answer(&mut coordinator, Ticket::Admit(3), Some("no"));
+    answer(&mut coordinator, Ticket::Admit(RobotIndex(2)), None);
+    answer(&mut coordinator, Ticket::Admit(RobotIndex(3)), Some("no"));
     assert_eq!(coordinator.members().len(), 5, "places in lists are kept");
-    answer(&mut coordinator, Ticket::Admit(4), Some("no"));
+    answer(&mut coordinator, Ticket::Admit(RobotIndex(4)), Some("no"));
     assert_eq!((coordinator.members().len(), coordinator.scenario().robots.len()), (3, 3));
-    assert_eq!(coordinator.request(&add("s", [0.0, -3.0]), NOBODY_NEAR), Answer::Later(Ticket::Admit(3)));
+    assert_eq!(coordinator.request(&add("s", [0.0, -3.0]), NOBODY_NEAR), Answer::Later(Ticket::Admit(RobotIndex(3))));
 }

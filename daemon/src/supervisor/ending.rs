@@ -5,7 +5,7 @@ use crate::coordinator::{Ending, SIGBUS};
 use crate::error::{Error, Kind};
 use crate::processes::{Measured, Who, now};
 use bus::{Address, clean};
-use model::{Outcome, Scenario, Seat};
+use model::{Outcome, RobotInstance, Scenario};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::time::Duration;
 
@@ -22,8 +22,8 @@ pub struct Finished {
     pub outcome: Outcome,
     /// The scenario, with the robots that were added.
     pub scenario: Scenario,
-    /// Every process that ran, and what it used. The world has no seat.
-    pub processes: Vec<(Option<Seat>, u32, Measured)>,
+    /// Every process that ran, and what it used. The world has no instance.
+    pub processes: Vec<(Option<RobotInstance>, u32, Measured)>,
     /// Statistics that the processes left, by name.
     pub stats: Vec<(String, bus::StatsSnapshot)>,
     /// From the first tick to the end of the last, s.
@@ -107,10 +107,10 @@ impl Supervisor {
             Error::new(Kind::Statistics, format!("statistics: missing: {why}"))
                 .hint("the report covers the whole run, except latencies")
         };
-        let departed = self.departed.iter().map(|(slot, counted)| {
+        let departed = self.departed.iter().map(|(robot, counted)| {
             // By a name that no process of theirs has any more.
-            let seat = Seat { slot: *slot, incarnation: u32::MAX };
-            (robot_agent::shell::spec_file(seat), counted.clone())
+            let instance = RobotInstance { index: *robot, incarnation: u32::MAX };
+            (robot_agent::shell::spec_file(instance), counted.clone())
         });
         match bus::stats::read_all(&self.address).map(|stats| stats.into_iter().chain(departed).collect::<Vec<_>>()) {
             Ok(stats) if !begun || stats.iter().any(|(name, _)| name == bus::stats::WORLD) => Ok(stats),

@@ -41,10 +41,19 @@ fn the_reference_names_every_field_and_no_others() {
         .lines()
         .filter_map(|line| line.strip_prefix("| `")?.split_once('`'))
         .map(|(path, _)| path.trim_end_matches("[]").to_owned())
-        .filter(|path| !path.starts_with('*'))
+        .filter(|path| !path.starts_with('*') && !model::EventName::ALL.iter().any(|(name, _)| name.word() == path))
         .collect();
     // The headings of sections stand for their tables.
     let sections = ["outcome", "per_robot", "latency", "resources", "events"];
     let expected: BTreeSet<String> = produced.into_iter().filter(|path| !sections.contains(&&**path)).collect();
     assert_eq!(documented, expected);
+}
+
+#[test]
+fn the_reference_says_what_every_event_means() {
+    let page = include_str!("../../../docs/report.md");
+    for (name, help) in model::EventName::ALL {
+        let row = format!("| `{name}` | {} |", help.trim());
+        assert!(page.lines().any(|line| line == row), "docs/report.md has no line {row}");
+    }
 }

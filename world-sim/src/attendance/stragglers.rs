@@ -9,7 +9,7 @@
 //! Nothing is looked at before a tick has taken a tenth of a second, so the loop pays nothing for this.
 
 use bus::clock::Schedstat;
-use model::Seat;
+use model::RobotInstance;
 use std::time::Duration;
 
 /// The world's longest sleep without a look at the orders and at the slots.
@@ -31,7 +31,7 @@ pub struct Seen {
 
 /// A robot that has not answered.
 struct Missing {
-    seat: Seat,
+    instance: RobotInstance,
     first: Option<Seen>,
     last: Option<Seen>,
     /// Time since the first look in which both it and the world could have run, ns.
@@ -73,9 +73,9 @@ impl Stragglers {
     pub(super) fn overdue(
         &mut self,
         now_ns: u64,
-        missing: &[Seat],
-        see: &mut dyn FnMut(Seat) -> Option<Seen>,
-    ) -> Vec<Seat> {
+        missing: &[RobotInstance],
+        see: &mut dyn FnMut(RobotInstance) -> Option<Seen>,
+    ) -> Vec<RobotInstance> {
         let passed_ns = now_ns.saturating_sub(self.looked_ns);
         if passed_ns < self.every_ns {
             return Vec::new();
@@ -84,13 +84,13 @@ impl Stragglers {
         // The world sleeps for no longer than its patience. What is beyond it, it did not run itself.
         let charged_ns = passed_ns.min(self.every_ns + PATIENCE.as_nanos() as u64);
         let hopeless = now_ns.saturating_sub(self.opened_ns) > self.limit_ns.saturating_mul(WALL_LIMITS_MAX);
-        self.missing.retain(|before| missing.contains(&before.seat));
+        self.missing.retain(|before| missing.contains(&before.instance));
         let mut overdue = Vec::new();
-        for &seat in missing {
-            let seen = see(seat);
-            let Some(robot) = self.missing.iter_mut().find(|before| before.seat == seat) else {
+        for &instance in missing {
+            let seen = see(instance);
+            let Some(robot) = self.missing.iter_mut().find(|before| before.instance == instance) else {
                 // What it waited until now nobody can tell: it is charged from here on.
-                self.missing.push(Missing { seat, first: seen, last: seen, charged_ns: 0 });
+                self.missing.push(Missing { instance, first: seen, last: seen, charged_ns: 0 });
                 continue;
             };
             // A wait for a processor is counted by the kernel when it is over.
@@ -98,7 +98,7 @@ impl Stragglers {
             robot.charged_ns += if waits { 0 } else { charged_ns };
             robot.last = seen;
             if hopeless || robot.own_ns() > self.limit_ns {
-                overdue.push(seat);
+                overdue.push(instance);
             }
         }
         overdue
@@ -108,11 +108,12 @@ impl Stragglers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model::RobotIndex;
 
     const S: u64 = 1_000_000_000;
 
-    fn seat(slot: u32) -> Seat {
-        Seat { slot, incarnation: 0 }
+    fn instance(slot: u32) -> RobotInstance {
+        RobotInstance { index: RobotIndex(slot), incarnation: 0 }
     }
 
     /// When a robot is given up whose process does this with every second, and the world looks ten times a second but
@@ -124,7 +125,7 @@ mod tests {
             let ns = |share: f64| (tenth as f64 * 0.1e9 * share) as u64;
             let stat = Schedstat { ran_ns: ns(ran), waited_ns: 77 * S + ns(waited) };
             let mut see = |_| Some(Seen { stat, runnable });
-            let overdue = stragglers.overdue(S + tenth * S / 10, &[seat(3)], &mut see);
+            let overdue = stragglers.overdue(S + tenth * S / 10, &[instance(3)], &mut see);
             (!overdue.is_empty()).then_some(tenth / 10)
         })
     }
@@ -150,11 +151,11 @@ mod tests {
         let mut stragglers = Stragglers::new(Duration::from_secs(10));
         stragglers.begin(S);
         for second in 1..10 {
-            assert_eq!(stragglers.overdue(S + second * S, &[seat(0), seat(1)], &mut |_| None), []);
+            assert_eq!(stragglers.overdue(S + second * S, &[instance(0), instance(1)], &mut |_| None), []);
         }
         // Whoever looks every second is charged with less than it.
-        assert_eq!(stragglers.overdue(100 * S, &[seat(1)], &mut |_| None), []);
+        assert_eq!(stragglers.overdue(100 * S, &[instance(1)], &mut |_| None), []);
         stragglers.begin(200 * S);
-        assert_eq!(stragglers.overdue(200 * S + S / 100, &[seat(1)], &mut |_| panic!("too early")), []);
+        assert_eq!(stragglers.overdue(200 * S + S / 100, &[instance(1)], &mut |_| panic!("too early")), []);
     }
 }

@@ -5,7 +5,7 @@ use crate::presence::{Presence, State};
 use crate::progress::Scale;
 use crate::referee::Referee;
 use crate::shortest::Map;
-use model::{Outcome, PlanState, Robot, RobotOutcome, Stall};
+use model::{Gone, Outcome, PlanState, Robot, RobotOutcome, Stall};
 use nalgebra::Point2;
 
 impl World {
@@ -35,8 +35,8 @@ impl World {
     }
 
     fn robot_outcome(&self, robot: &Robot, presence: &Presence, referee: &Referee, map: &mut Map) -> RobotOutcome {
-        let seat = presence.seat();
-        let slot = seat.slot as usize;
+        let instance = presence.instance();
+        let slot = instance.index.at();
         let joined_tick = presence.joined.or(presence.entry()).unwrap_or(self.tick);
         let arrival = referee.arrival;
         let path_length_m = arrival.map_or(referee.path_m, |arrival| arrival.path_m);
@@ -48,10 +48,10 @@ impl World {
             let shortest_m = map.shortest(robot.start, &robot.goals, robot.radius_m, robot.goal_tolerance_m)?;
             (shortest_m > 0.0).then(|| arrival.path_to_edge_m / shortest_m)
         });
-        let never_entered = presence.joined.is_none().then_some("never entered");
+        let never_entered = presence.joined.is_none().then_some(Gone::NeverJoined);
         RobotOutcome {
-            slot: seat.slot,
-            incarnation: seat.incarnation,
+            robot: instance.index,
+            incarnation: instance.incarnation,
             arrived: arrival.is_some(),
             time_s: arrival.map(|arrival| (arrival.tick - joined_tick) as f64 * self.clock.dt_s()),
             arrived_tick: arrival.map(|arrival| arrival.tick),
@@ -70,7 +70,7 @@ impl World {
                 .and_then(|referee| self.stall(robot, slot, referee, map)),
             plan: self.plans[slot],
             ldj: referee.ldj(),
-            gone: presence.gone().or(never_entered).map(str::to_owned),
+            gone: presence.gone().or(never_entered),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::presence::{Presence, State};
 use crate::ranges::Ranges;
 use crate::referee::Referee;
 use geometry::Capsule;
-use model::{Robot, Seat, Stop, TimelineAction, TimelineEvent};
+use model::{Robot, RobotInstance, Stop, TimelineAction, TimelineEvent};
 use protocol::daemon_to_world::Order;
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
@@ -85,8 +85,8 @@ impl World {
     }
 
     /// The present life of a slot, and where it is in it.
-    pub fn state(&self, slot: usize) -> Option<(Seat, State)> {
-        self.presences.get(slot).map(|presence| (presence.seat(), presence.state))
+    pub fn state(&self, slot: usize) -> Option<(RobotInstance, State)> {
+        self.presences.get(slot).map(|presence| (presence.instance(), presence.state))
     }
 
     /// Orders that have not taken effect yet.
@@ -108,7 +108,7 @@ impl World {
 /// Views for robots and observers: while a tick is open, of that tick.
 impl World {
     /// Who plans in this tick and must answer, sorted by slot.
-    pub fn participants(&self) -> &[Seat] {
+    pub fn participants(&self) -> &[RobotInstance] {
         &self.participants
     }
 
@@ -130,7 +130,7 @@ impl World {
             goal_x_m: goal.x,
             goal_y_m: goal.y,
             goal_yaw_rad: goal_yaw_rad.unwrap_or(0.0),
-            incarnation: body.seat.incarnation,
+            incarnation: body.instance.incarnation,
             goals_done: referee.map_or(0, |referee| referee.goals_done),
             goals_left: referee.map_or(0, Referee::goals_left),
             flags: self.flags(slot) | if goal_yaw_rad.is_some() { Odometry::FLAG_GOAL_YAW } else { 0 },
@@ -163,7 +163,7 @@ impl World {
         let mut bodies = self.bodies.clone();
         for (body, presence) in bodies.iter_mut().zip(&self.presences) {
             let due = presence.due(self.tick);
-            (body.seat, body.in_world, body.takes_part, body.on_radio) = (presence.seat(), due, due, due);
+            (body.instance, body.in_world, body.takes_part, body.on_radio) = (presence.instance(), due, due, due);
         }
         let (mut grid, mut ranges) = (Grid::default(), Ranges::default());
         grid.rebuild(&bodies);

@@ -1,8 +1,11 @@
 //! Arms in the world: how they move, whom their links touch, and who sees them.
 
-use crate::driver::{Driver, HZ, at, robot, scenario, seat};
+use crate::driver::{Driver, HZ, at, instance, robot, scenario};
 use geometry::{ArmGeometry, Capsule, Polygon, segment_distance};
-use model::{ArmSetup, BodyKind, Drive, Motion, Obstacle, Robot, Scenario, Shape, TimelineAction};
+use model::{
+    ArmSetup, BodyKind, Drive, EventKind, EventName, Motion, Obstacle, Partner, Robot, RobotIndex, Scenario, Shape,
+    TimelineAction,
+};
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
 use protocol::world_to_observer::FrameBody;
@@ -39,7 +42,7 @@ fn run(scenario: &Scenario, ticks: u64, drives: &[Option<Drive>]) -> World {
     let mut world = World::new(scenario);
     for _ in 0..ticks {
         world.open(&mut |_| true);
-        world.close(&mut |seat| drives[seat.slot as usize]);
+        world.close(&mut |instance| drives[instance.index.at()]);
     }
     world
 }
@@ -82,7 +85,7 @@ fn only_joint_rates_move_an_arm_and_only_arms() {
     let scenario = scenario(vec![arm(0, [0.0, 0.0], [0.5, 0.5]), robot(1, [5.0, 0.0], [9.0, 0.0])]);
     let world = run(&scenario, 3, &[Some(Drive::Velocity(Vector2::new(1.0, 0.0))), turn(1.0, 1.0)]);
     assert_eq!((world.odometry(0).joints_rad, world.odometry(1).x_m), ([0.5, 0.5], 5.0));
-    let scolded = world.outcome().events.iter().filter(|event| event.kind == "bad-command").count();
+    let scolded = world.outcome().events.iter().filter(|event| event.kind.name() == EventName::BadCommand).count();
     assert_eq!(scolded, 2);
 }
 
@@ -154,7 +157,8 @@ fn one_contact_per_entry_however_many_links_take_part() {
         contacts.push(world.contacts());
     }
     let outcome = world.outcome();
-    let entries: Vec<u64> = outcome.events.iter().filter(|event| event.kind == "contact").map(|e| e.tick).collect();
+    let entries: Vec<u64> =
+        outcome.events.iter().filter(|event| event.kind.name() == EventName::Contact).map(|e| e.tick).collect();
     assert_eq!(outcome.robot_contacts as usize, entries.len());
     assert!(entries.windows(2).all(|two| two[0] < two[1]), "{entries:?}");
 }
@@ -180,9 +184,17 @@ fn an_arm_that_enters_may_stand_in_others() {
     let before = driver.world.contacts();
     driver.open();
     let outcome = driver.world.outcome();
-    let new: Vec<_> =
-        outcome.events.iter().filter(|e| e.kind == "contact" && e.tick == 4).map(|e| &*e.detail).collect();
-    assert_eq!(new, ["with r1", "with r2", "with obstacle 0", "with obstacle 1"]);
+    let new: Vec<_> = outcome
+        .events
+        .iter()
+        .filter(|e| e.kind.name() == EventName::Contact && e.tick == 4)
+        .map(|e| match e.kind {
+            EventKind::Contact { with, .. } => with,
+            _ => unreachable!("it is a contact"),
+        })
+        .collect();
+    let robots = [1, 2].map(|other| Partner::Robot(RobotIndex(other)));
+    assert_eq!(new, [robots, [Partner::Obstacle(0), Partner::Obstacle(1)]].concat());
     assert_eq!(driver.world.contacts(), before + 4);
 }
 
@@ -228,7 +240,7 @@ fn links_are_seen_at_any_time_and_by_all_others() {
         driver.until(tick);
         driver.open();
         assert_eq!((seen(&driver, 0), seen(&driver, 3)), (robot_0, arm_3), "tick {tick}");
-        let heard: Vec<u32> = driver.world.neighbors(0).iter().map(|neighbor| neighbor.slot).collect();
+        let heard: Vec<u32> = driver.world.neighbors(0).iter().map(|neighbor| neighbor.index).collect();
         assert_eq!(heard.contains(&1), matches!(tick, 1 | 6), "the tip is on the radio like anybody");
         driver.close();
     }
@@ -267,7 +279,7 @@ fn a_dead_arm_stays_a_body() {
     driver.until(3);
     for _ in 0..50 {
         driver.open();
-        assert_eq!(driver.world.participants(), [seat(1, 0)]);
+        assert_eq!(driver.world.participants(), [instance(1, 0)]);
         driver.close();
     }
     let odometry = driver.world.odometry(0);
@@ -280,10 +292,10 @@ fn an_arm_is_not_admitted_to_a_running_world() {
     use protocol::daemon_to_world::Order;
     let scenario = scenario(vec![robot(0, [0.0, 0.0], [9.0, 0.0])]);
     let mut world = World::new(&scenario);
-    world.order(Order::Admit { slot: 1, robot: Box::new(arm(1, [5.0, 5.0], [0.0, 0.0])) });
+    world.order(Order::Admit { index: RobotIndex(1), robot: Box::new(arm(1, [5.0, 5.0], [0.0, 0.0])) });
     world.open(&mut |_| true);
     assert_eq!(world.robot_count(), 1);
-    assert!(world.outcome().events.iter().any(|event| event.kind == "ignored"));
+    assert!(world.outcome().events.iter().any(|event| event.kind.name() == EventName::Ignored));
 }
 
 /// Arms and robots that flail among obstacles.
@@ -375,7 +387,7 @@ proptest! {
         for (tick, drives) in drives.iter().enumerate() {
             world.open(&mut |_| true);
             let before = snapshot(&world, scenario);
-            world.close(&mut |seat| Some(drives[seat.slot as usize]));
+            world.close(&mut |instance| Some(drives[instance.index.at()]));
             let after = snapshot(&world, scenario);
             let body = |slot: usize, t: f64| parts(&scenario.robots[slot], before.0[slot], after.0[slot], t);
             let gap = |i: usize, j: usize, t: f64| {

@@ -1,13 +1,13 @@
 //! Which processes answer, and what becomes of those that do not.
 
-use crate::driver::{robot, scenario, seat};
+use crate::driver::{instance, robot, scenario};
 use model::Restart;
 use protocol::daemon_to_world::{Absence, Order};
 use shoal_world_sim::attendance::Attendance;
 use shoal_world_sim::{RobotState, World};
 use std::time::Duration;
 
-const SIGNS: &dyn Fn(model::Seat) -> u64 = &|_| 0;
+const SIGNS: &dyn Fn(model::RobotInstance) -> u64 = &|_| 0;
 
 /// One robot in the world, which is restarted when it dies.
 fn present() -> (World, Attendance) {
@@ -24,7 +24,7 @@ fn tick(world: &mut World) {
 }
 
 fn absent(cause: Absence) -> Order {
-    Order::Absent { seat: seat(0, 0), cause }
+    Order::Absent { instance: instance(0, 0), cause }
 }
 
 #[test]
@@ -32,10 +32,10 @@ fn a_robot_that_dies_while_it_is_held_is_dead() {
     let (mut world, mut attendance) = present();
     attendance.take(&mut world, absent(Absence::Stopped), SIGNS);
     tick(&mut world);
-    assert_eq!(world.state(0), Some((seat(0, 0), RobotState::Held { answers: false })));
+    assert_eq!(world.state(0), Some((instance(0, 0), RobotState::Held { answers: false })));
     attendance.take(&mut world, absent(Absence::Died { signal: Some(9), code: None, words: String::new() }), SIGNS);
     tick(&mut world);
-    assert_eq!(world.state(0), Some((seat(0, 1), RobotState::Dead { returns: Some(5) })));
+    assert_eq!(world.state(0), Some((instance(0, 1), RobotState::Dead { returns: Some(5) })));
 }
 
 #[test]
@@ -43,11 +43,11 @@ fn a_robot_that_answers_before_it_is_held_is_not_held() {
     for cause in [Absence::Overdue, Absence::Stopped] {
         let (mut world, mut attendance) = present();
         attendance.take(&mut world, absent(cause), SIGNS);
-        assert!(attendance.is_silent(seat(0, 0)));
+        assert!(attendance.is_silent(instance(0, 0)));
         attendance.welcome_back(&mut world, &|_| 1);
-        assert!(!attendance.is_silent(seat(0, 0)));
+        assert!(!attendance.is_silent(instance(0, 0)));
         tick(&mut world);
-        assert_eq!(world.state(0), Some((seat(0, 0), RobotState::Present { since: 0 })));
+        assert_eq!(world.state(0), Some((instance(0, 0), RobotState::Present { since: 0 })));
     }
 }
 

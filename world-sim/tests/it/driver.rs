@@ -1,7 +1,7 @@
 //! Scenarios in a line, and a fleet whose agents head straight for their goals.
 
 use model::*;
-use model::{BodyKind, Drive, Limits, Seat};
+use model::{BodyKind, Drive, Limits, RobotIndex, RobotInstance};
 use nalgebra::{Point2, Vector2};
 use planners::steering::steer;
 use protocol::world_to_daemon::Notice;
@@ -75,10 +75,10 @@ pub(crate) struct Driver {
     pub kinds: Vec<(BodyKind, Limits)>,
     /// With the tick at which they were taken.
     pub notices: Vec<(u64, Notice)>,
-    /// Seats that are not ready when asked.
-    pub unready: Vec<Seat>,
+    /// Instances that are not ready when asked.
+    pub unready: Vec<RobotInstance>,
     /// Who took part, by tick.
-    pub took_part: Vec<Vec<Seat>>,
+    pub took_part: Vec<Vec<RobotInstance>>,
 }
 
 impl Driver {
@@ -97,15 +97,15 @@ impl Driver {
 
     pub(crate) fn open(&mut self) {
         let unready = &self.unready;
-        self.world.open(&mut |seat| !unready.contains(&seat));
+        self.world.open(&mut |instance| !unready.contains(&instance));
         self.took_part.push(self.world.participants().to_vec());
         self.hear();
     }
 
     pub(crate) fn close(&mut self) {
-        let drives: Vec<(Seat, Drive)> =
-            self.world.participants().iter().map(|seat| (*seat, self.straight(seat.slot as usize))).collect();
-        self.world.close(&mut |seat| drives.iter().find(|(who, _)| *who == seat).map(|(_, drive)| *drive));
+        let drives: Vec<(RobotInstance, Drive)> =
+            self.world.participants().iter().map(|instance| (*instance, self.straight(instance.index.at()))).collect();
+        self.world.close(&mut |instance| drives.iter().find(|(who, _)| *who == instance).map(|(_, drive)| *drive));
         self.hear();
     }
 
@@ -154,12 +154,14 @@ impl Driver {
     /// Ticks in which a slot took part, with its incarnation, as runs: (first, last, incarnation).
     pub(crate) fn stints(&self, slot: u32) -> Vec<(u64, u64, u32)> {
         let mut stints: Vec<(u64, u64, u32)> = Vec::new();
-        for (tick, seats) in self.took_part.iter().enumerate() {
+        for (tick, instances) in self.took_part.iter().enumerate() {
             let tick = tick as u64;
-            let Some(seat) = seats.iter().find(|seat| seat.slot == slot) else { continue };
+            let Some(instance) = instances.iter().find(|instance| instance.index.0 == slot) else { continue };
             match stints.last_mut() {
-                Some((_, last, incarnation)) if *last + 1 == tick && *incarnation == seat.incarnation => *last = tick,
-                _ => stints.push((tick, tick, seat.incarnation)),
+                Some((_, last, incarnation)) if *last + 1 == tick && *incarnation == instance.incarnation => {
+                    *last = tick;
+                }
+                _ => stints.push((tick, tick, instance.incarnation)),
             }
         }
         stints
@@ -168,29 +170,33 @@ impl Driver {
     /// What was said of a slot, log entries as `kind`, the rest as `Name.incarnation`, each with its tick.
     pub(crate) fn story(&self, slot: u32) -> String {
         let line = |(tick, notice): &(u64, Notice)| {
-            let (name, seat) = match notice {
-                Notice::Expect { seat, tick: at } => (format!("Expect@{at}"), *seat),
-                Notice::Entered { seat, .. } => ("Entered".to_owned(), *seat),
-                Notice::Kill { seat } => ("Kill".to_owned(), *seat),
-                Notice::Pause { seat } => ("Pause".to_owned(), *seat),
-                Notice::Resume { seat } => ("Resume".to_owned(), *seat),
-                Notice::Left { seat } => ("Left".to_owned(), *seat),
+            let (name, instance) = match notice {
+                Notice::Expect { instance, tick: at } => (format!("Expect@{at}"), *instance),
+                Notice::Entered { instance, .. } => ("Entered".to_owned(), *instance),
+                Notice::Kill { instance } => ("Kill".to_owned(), *instance),
+                Notice::Pause { instance } => ("Pause".to_owned(), *instance),
+                Notice::Resume { instance } => ("Resume".to_owned(), *instance),
+                Notice::Left { instance } => ("Left".to_owned(), *instance),
                 Notice::Answer { .. } | Notice::Log(_) => return None,
             };
-            (seat.slot == slot).then(|| format!("{tick}:{name}.{}", seat.incarnation))
+            (instance.index.0 == slot).then(|| format!("{tick}:{name}.{}", instance.incarnation))
         };
         self.notices.iter().filter_map(line).collect::<Vec<_>>().join(" ")
     }
 
     /// Ticks of the log entries of a kind about a slot.
-    pub(crate) fn logged(&self, kind: &str, slot: u32) -> Vec<u64> {
+    pub(crate) fn logged(&self, kind: EventName, slot: u32) -> Vec<u64> {
         let events = self.world.outcome().events;
-        events.iter().filter(|e| e.kind == kind && e.slot == Some(slot)).map(|event| event.tick).collect()
+        events
+            .iter()
+            .filter(|e| e.kind.name() == kind && e.robot == Some(RobotIndex(slot)))
+            .map(|event| event.tick)
+            .collect()
     }
 }
 
-pub(crate) fn seat(slot: u32, incarnation: u32) -> Seat {
-    Seat { slot, incarnation }
+pub(crate) fn instance(slot: u32, incarnation: u32) -> RobotInstance {
+    RobotInstance { index: RobotIndex(slot), incarnation }
 }
 
 pub(crate) fn at(tick: u64, what: TimelineAction) -> TimelineEvent {

@@ -2,7 +2,7 @@
 
 use crate::driver::{Driver, HZ, at, robot, scenario};
 use geometry::{Capsule, segment_distance, swept_distance};
-use model::{BodyKind, Bounds, Drive, Motion, Obstacle, Scenario, Shape, TimelineAction};
+use model::{BodyKind, Bounds, Drive, EventName, Motion, Obstacle, RobotIndex, Scenario, Shape, TimelineAction};
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
 use shoal_world_sim::World;
@@ -21,7 +21,7 @@ fn a_pair_that_passes_through_each_other_touches_once() {
     let outcome = Driver::new(&scenario(vec![robot(0, ends[0], ends[1]), robot(1, ends[1], ends[0])])).run();
     assert_eq!((outcome.robot_contacts, outcome.min_clearance_m), (1, Some(-0.5)));
     assert_eq!((outcome.robots[0].contacts, outcome.robots[1].contacts), (1, 1));
-    assert_eq!(outcome.events.iter().filter(|event| event.kind == "contact").count(), 1);
+    assert_eq!(outcome.events.iter().filter(|event| event.kind.name() == EventName::Contact).count(), 1);
     // In and out and in again are two.
     let mut twice = scenario(vec![robot(0, ends[0], ends[1]), robot(1, [0.0, 0.0], [0.0, 0.0])]);
     twice.robots[0].goals.push(ends[0].into());
@@ -57,7 +57,8 @@ fn contacts_say_where_and_when_the_surfaces_met() {
     }
     scenario.obstacles = vec![wall([1.0, 4.0], [1.0, 6.0], 0.0)];
     let outcome = Driver::new(&scenario).run();
-    let touches: Vec<_> = outcome.events.iter().filter_map(|event| Some((event.slot?, event.touch?))).collect();
+    let touches: Vec<_> =
+        outcome.events.iter().filter_map(|event| Some((event.robot?.0, event.kind.touch()?))).collect();
     let expected =
         [(3, 0.0, [20.2, 5.0]), (0, (0.5 - 0.25 / 30.0) / HZ, [0.0, 0.0]), (2, (15.75 / 30.0) / HZ, [1.0, 5.0])];
     assert_eq!(touches.len(), expected.len(), "{touches:?}");
@@ -95,7 +96,7 @@ fn far_from_the_origin_nothing_is_lost_but_nanometres() {
     }
     // Where and when: centres meet the other's lane half way, the surfaces before that, the wall's end later.
     let outcome = pass(0.4);
-    let touches: Vec<_> = outcome.events.iter().filter_map(|event| event.touch).collect();
+    let touches: Vec<_> = outcome.events.iter().filter_map(|event| event.kind.touch()).collect();
     let [robots, end] = &touches[..] else { panic!("{touches:?}") };
     let ahead_m = (0.25_f64 - 0.16).sqrt() / 2.0;
     assert!((robots.t_s - (2.0 - ahead_m)).abs() < 100.0 * NM, "{robots:?}");
@@ -213,7 +214,7 @@ fn snapshot(world: &World, chaos: &Chaos) -> Snapshot {
             world
                 .participants()
                 .iter()
-                .any(|seat| seat.slot as usize == slot)
+                .any(|instance| instance.index.at() == slot)
                 .then(|| Point2::new(odometry.x_m, odometry.y_m))
         })
         .collect();
@@ -243,7 +244,7 @@ proptest! {
         for drives in &chaos.drives {
             world.open(&mut |_| true);
             let before = snapshot(&world, &chaos);
-            world.close(&mut |seat| Some(drives[seat.slot as usize]));
+            world.close(&mut |instance| Some(drives[instance.index.at()]));
             let after = snapshot(&world, &chaos);
             for i in 0..count {
                 let (Some(p0), Some(p1)) = (before.0[i], after.0[i]) else { continue };
@@ -278,7 +279,7 @@ proptest! {
             let mut world = World::new(scenario);
             for drives in &chaos.drives {
                 world.open(&mut |_| true);
-                world.close(&mut |seat| Some(drives[seat.slot as usize]));
+                world.close(&mut |instance| Some(drives[instance.index.at()]));
             }
             world.trajectory_hash()
         };
@@ -306,15 +307,16 @@ fn bad_commands_stop_the_robot_and_are_logged_once() {
     let mut world = World::new(&scenario);
     for _ in 0..5 {
         world.open(&mut |_| true);
-        world.close(&mut |seat| {
-            let x = if seat.slot == 0 { f64::NAN } else { 1.0 };
+        world.close(&mut |instance| {
+            let x = if instance.index.0 == 0 { f64::NAN } else { 1.0 };
             Some(Drive::Velocity(Vector2::new(x, 0.0)))
         });
     }
     assert_eq!([0, 1, 2].map(|slot| world.odometry(slot).x_m > 0.0), [false, false, true]);
     let events = world.outcome().events;
-    let scolded: Vec<_> = events.iter().filter(|e| e.kind == "bad-command").map(|e| (e.tick, e.slot)).collect();
-    assert_eq!(scolded, [(0, Some(0)), (0, Some(1))]);
+    let scolded: Vec<_> =
+        events.iter().filter(|e| e.kind.name() == EventName::BadCommand).map(|e| (e.tick, e.robot)).collect();
+    assert_eq!(scolded, [(0, Some(RobotIndex(0))), (0, Some(RobotIndex(1)))]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Who takes part when, to the tick.
 
-use crate::driver::{Driver, at, robot, scenario, seat};
-use model::{Restart, Scenario, StragglerPolicy, TimelineAction};
+use crate::driver::{Driver, at, instance, robot, scenario};
+use model::{EventName, Gone, Restart, RobotIndex, Scenario, StragglerPolicy, TimelineAction};
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::world_to_robot::Odometry;
 
@@ -34,13 +34,13 @@ fn check(
     }
     assert_eq!(driver.stints(0), stints);
     assert_eq!(driver.story(0), story);
-    let others = driver.took_part.iter().filter(|seats| seats.contains(&seat(1, 0))).count();
+    let others = driver.took_part.iter().filter(|instances| instances.contains(&instance(1, 0))).count();
     assert_eq!(others, 20, "the fleet goes on whatever happens");
     driver
 }
 
 fn absent(incarnation: u32, cause: Absence) -> Order {
-    Order::Absent { seat: seat(0, incarnation), cause }
+    Order::Absent { instance: instance(0, incarnation), cause }
 }
 
 const DIED: Absence = Absence::Died { signal: Some(9), code: None, words: String::new() };
@@ -59,17 +59,17 @@ fn the_timeline_joins() {
     let join = || vec![at(8, TimelineAction::Join { robot: 0 })];
     let driver = check(pair(), join(), vec![], &[(8, 19, 0)], "3:Expect@8.0 8:Entered.0");
     assert_eq!(driver.world.outcome().robots[0].joined_tick, 8);
-    let none = Order::Absent { seat: seat(0, 0), cause: cannot_start() };
+    let none = Order::Absent { instance: instance(0, 0), cause: cannot_start() };
     let driver = check(pair(), join(), vec![(8, none)], &[], "3:Expect@8.0 8:Kill.0");
     let robot = &driver.world.outcome().robots[0];
-    assert_eq!((robot.slot, robot.gone.as_deref()), (0, Some("dead")), "it must not be forgotten");
+    assert_eq!((robot.robot, robot.gone), (RobotIndex(0), Some(Gone::Dead)), "it must not be forgotten");
 }
 
 #[test]
 fn the_timeline_kills() {
     let kill = || vec![at(5, TimelineAction::Kill { robot: 0 })];
     let driver = check(pair(), kill(), vec![], &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0 5:Kill.0");
-    assert_eq!(driver.world.outcome().robots[0].gone.as_deref(), Some("dead"));
+    assert_eq!(driver.world.outcome().robots[0].gone, Some(Gone::Dead));
     // The report of the death that the world has ordered is no news.
     check(pair(), kill(), vec![(6, absent(0, DIED))], &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0 5:Kill.0");
     for (delay, back) in [(0, 6), (1, 6), (7, 12)] {
@@ -77,8 +77,8 @@ fn the_timeline_kills() {
         let story = format!("0:Expect@0.0 0:Entered.0 5:Kill.0 {told}:Expect@{back}.1 {back}:Entered.1");
         let orders = vec![(6, absent(0, DIED))];
         let driver = check(restarting(1, delay), kill(), orders, &[(0, 4, 0), (back, 19, 1)], &story);
-        assert_eq!(driver.logged("killed", 0), [5]);
-        assert_eq!(driver.logged("restarted", 0), [back]);
+        assert_eq!(driver.logged(EventName::Killed, 0), [5]);
+        assert_eq!(driver.logged(EventName::Restarted, 0), [back]);
     }
 }
 
@@ -104,8 +104,8 @@ fn the_timeline_pauses() {
 fn it_leaves() {
     let story = "0:Expect@0.0 0:Entered.0 5:Left.0";
     let driver = check(pair(), vec![at(5, TimelineAction::Leave { robot: 0 })], vec![], &[(0, 4, 0)], story);
-    assert_eq!(driver.world.outcome().robots[0].gone.as_deref(), Some("left"));
-    check(pair(), vec![], vec![(5, Order::Remove { slot: 0 })], &[(0, 4, 0)], story);
+    assert_eq!(driver.world.outcome().robots[0].gone, Some(Gone::Left));
+    check(pair(), vec![], vec![(5, Order::Remove { index: RobotIndex(0) })], &[(0, 4, 0)], story);
     let paused = vec![at(4, TimelineAction::Pause { robot: 0, ticks: 9 }), at(5, TimelineAction::Leave { robot: 0 })];
     let story = "0:Expect@0.0 0:Entered.0 4:Pause.0 5:Resume.0 5:Left.0";
     check(pair(), paused, vec![], &[(0, 3, 0)], story);
@@ -135,7 +135,7 @@ fn a_straggler_is_held_or_dropped() {
         for (policy, gone, story) in [
             (StragglerPolicy::Wait, None, "0:Expect@0.0 0:Entered.0"),
             (StragglerPolicy::Hold, None, "0:Expect@0.0 0:Entered.0"),
-            (StragglerPolicy::Drop, Some("dropped"), "0:Expect@0.0 0:Entered.0 5:Kill.0"),
+            (StragglerPolicy::Drop, Some(Gone::Dropped), "0:Expect@0.0 0:Entered.0 5:Kill.0"),
         ] {
             let mut scenario = restarting(3, 1);
             scenario.fleet.straggler = policy;
@@ -143,7 +143,7 @@ fn a_straggler_is_held_or_dropped() {
             let died = gone.map(|_| (6, absent(0, DIED)));
             let orders = [(5, absent(0, cause.clone()))].into_iter().chain(died).collect();
             let driver = check(scenario, vec![], orders, &[(0, 4, 0)], story);
-            assert_eq!(driver.world.outcome().robots[0].gone.as_deref(), gone);
+            assert_eq!(driver.world.outcome().robots[0].gone, gone);
         }
     }
 }
@@ -154,10 +154,10 @@ fn a_held_robot_comes_back_when_it_answers() {
     driver.until(5);
     driver.world.order(absent(0, Absence::Overdue));
     driver.until(8);
-    driver.world.back(seat(0, 1));
+    driver.world.back(instance(0, 1));
     driver.tick();
-    assert_eq!(driver.took_part[8], [seat(1, 0)], "that was another life");
-    driver.world.back(seat(0, 0));
+    assert_eq!(driver.took_part[8], [instance(1, 0)], "that was another life");
+    driver.world.back(instance(0, 0));
     driver.until(12);
     assert_eq!(driver.stints(0), [(0, 4, 0), (9, 11, 0)]);
     driver.world.order(absent(0, Absence::Overdue));
@@ -175,9 +175,9 @@ fn due_names_whom_to_wait_for() {
     let mut driver = Driver::new(&scenario);
     for tick in 0..16 {
         let expected = match tick {
-            0 => vec![seat(0, 0), seat(1, 0)],
-            8 => vec![seat(0, 1)],
-            14 => vec![seat(1, 0)],
+            0 => vec![instance(0, 0), instance(1, 0)],
+            8 => vec![instance(0, 1)],
+            14 => vec![instance(1, 0)],
             _ => vec![],
         };
         assert_eq!(driver.world.due(), expected, "tick {tick}");
@@ -194,9 +194,9 @@ fn due_names_whom_to_wait_for() {
 #[test]
 fn who_is_not_ready_stays_due() {
     let mut driver = Driver::new(&pair());
-    driver.unready.push(seat(0, 0));
+    driver.unready.push(instance(0, 0));
     driver.until(3);
-    assert_eq!(driver.world.due(), [seat(0, 0)]);
+    assert_eq!(driver.world.due(), [instance(0, 0)]);
     driver.unready.clear();
     driver.until(6);
     assert_eq!(driver.stints(0), [(3, 5, 0)]);
@@ -208,17 +208,17 @@ fn robots_can_be_admitted() {
     let mut driver = Driver::new(&pair());
     driver.until(4);
     let new = Box::new(robot(3, [0.0, 5.0], [9.0, 5.0]));
-    driver.world.order(Order::Admit { slot: 3, robot: new.clone() });
+    driver.world.order(Order::Admit { index: RobotIndex(3), robot: new.clone() });
     driver.tick();
-    assert_eq!(driver.world.due(), [seat(3, 0)]);
+    assert_eq!(driver.world.due(), [instance(3, 0)]);
     driver.tick();
     assert_eq!(driver.story(3), "4:Expect@5.0 5:Entered.0");
-    driver.world.order(Order::Admit { slot: 3, robot: new.clone() });
-    driver.world.order(Order::Admit { slot: 99, robot: new });
+    driver.world.order(Order::Admit { index: RobotIndex(3), robot: new.clone() });
+    driver.world.order(Order::Admit { index: RobotIndex(99), robot: new });
     driver.tick();
-    assert_eq!(driver.logged("ignored", 3), [6]);
-    assert_eq!(driver.logged("ignored", 99), [6]);
-    let slots: Vec<u32> = driver.world.outcome().robots.iter().map(|robot| robot.slot).collect();
+    assert_eq!(driver.logged(EventName::Ignored, 3), [6]);
+    assert_eq!(driver.logged(EventName::Ignored, 99), [6]);
+    let slots: Vec<u32> = driver.world.outcome().robots.iter().map(|robot| robot.robot.0).collect();
     assert_eq!(slots, [0, 1, 3]);
 }
 
@@ -277,8 +277,8 @@ fn an_absent_robot_stands_still_and_comes_back_where_it_stands() {
 fn a_fleet_of_the_dead_is_finished() {
     let mut driver = Driver::new(&pair());
     driver.until(3);
-    driver.world.order(Order::Absent { seat: seat(0, 0), cause: DIED });
-    driver.world.order(Order::Remove { slot: 1 });
+    driver.world.order(Order::Absent { instance: instance(0, 0), cause: DIED });
+    driver.world.order(Order::Remove { index: RobotIndex(1) });
     driver.tick();
     assert!(driver.world.finished());
     let mut driver = Driver::new(&pair());
@@ -293,11 +293,11 @@ fn a_robot_that_cannot_hear_or_be_heard_is_gone_and_may_come_back() {
     let deaf = |incarnation| absent(incarnation, Absence::Deaf { why: "no files".to_owned() });
     let story = "0:Expect@0.0 0:Entered.0 5:Kill.0";
     let driver = check(pair(), vec![], vec![(5, deaf(0))], &[(0, 4, 0)], story);
-    assert_eq!(driver.logged("deaf", 0), [5]);
+    assert_eq!(driver.logged(EventName::Deaf, 0), [5]);
     let story = "0:Expect@0.0 0:Entered.0 5:Kill.0 5:Expect@7.1 7:Entered.1";
     check(restarting(1, 2), vec![], vec![(5, deaf(0))], &[(0, 4, 0), (7, 19, 1)], story);
     // Its end was seen before its entry was.
     let early = vec![(5, absent(0, cannot_start()))];
     let driver = check(pair(), vec![], early, &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0");
-    assert_eq!((driver.logged("died", 0), driver.logged("not-started", 0)), (vec![5], vec![]));
+    assert_eq!((driver.logged(EventName::Died, 0), driver.logged(EventName::NotStarted, 0)), (vec![5], vec![]));
 }

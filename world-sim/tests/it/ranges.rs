@@ -2,13 +2,13 @@
 
 use crate::driver::{Driver, at, robot, scenario};
 use geometry::{Capsule, Polygon};
-use model::{AtEnd, Motion, Obstacle, Radio, Scenario, Shape, TimelineAction};
+use model::{AtEnd, Motion, Obstacle, Radio, RobotIndex, Scenario, Shape, TimelineAction};
 use nalgebra::Point2;
 use proptest::prelude::*;
 use protocol::world_to_robot::NeighborRef;
 
 fn heard(driver: &Driver, slot: usize) -> Vec<u32> {
-    driver.world.neighbors(slot).iter().map(|neighbor| neighbor.slot).collect()
+    driver.world.neighbors(slot).iter().map(|neighbor| neighbor.index).collect()
 }
 
 fn disc(x: f64, y: f64, radius: f64) -> Obstacle {
@@ -172,7 +172,7 @@ proptest! {
             let here = driver.position(slot);
             let hears = |other: &usize| (driver.position(*other) - here).norm() <= me.radio_range_m;
             let expected: Vec<NeighborRef> = (1..count).filter(|other| *other != slot).filter(hears)
-                .map(|other| NeighborRef { slot: other as u32, incarnation: 0 }).collect();
+                .map(|other| NeighborRef { index: other as u32, incarnation: 0 }).collect();
             prop_assert_eq!(driver.world.neighbors(slot), expected);
             let mut expected = Vec::new();
             let mut index = 0;
@@ -194,7 +194,7 @@ proptest! {
                 if is_seen && (driver.position(other) - here).norm() - 0.25 <= me.sensor_range_m {
                     expected.push((base + other) as u16);
                     let piece = driver.world.piece(base + other);
-                    prop_assert_eq!(piece.robot(), Some(other as u32));
+                    prop_assert_eq!(piece.robot(), Some(RobotIndex::of(other)));
                     prop_assert_eq!((piece.ax_m, piece.ay_m), (driver.position(other).x, driver.position(other).y));
                 }
             }

@@ -2,7 +2,10 @@
 
 use crate::driver::{Driver, HZ, at, robot, scenario};
 use geometry::Capsule;
-use model::{BodyKind, MAX_GOALS, Motion, Obstacle, RobotOutcome, Scenario, Shape, Stall, TimelineAction};
+use model::{
+    BodyKind, EventName, MAX_GOALS, Motion, Obstacle, RobotIndex, RobotOutcome, Scenario, Shape, Stall, Task, TaskId,
+    TimelineAction,
+};
 use nalgebra::Point2;
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::world_to_daemon::Notice;
@@ -16,7 +19,7 @@ fn run(scenario: &Scenario) -> RobotOutcome {
 }
 
 fn task(goal: [f64; 2], now: bool) -> TimelineAction {
-    TimelineAction::Task { robot: 0, goal: goal.into(), yaw_rad: None, now }
+    TimelineAction::Task { robot: 0, task: Task { goal: goal.into(), yaw_rad: None, now } }
 }
 
 /// Ticks until arrival, path length and goals done, against numbers that a reader can add up: 1 m/s, ten ticks a second.
@@ -66,7 +69,11 @@ fn a_task_queues_behind_the_goals_or_replaces_them() {
 
 #[test]
 fn operators_task_as_the_timeline_does_but_not_without_bounds() {
-    let order = |task, goal_m, now| Order::Task { task, slot: 0, goal_m, yaw_rad: None, now };
+    let order = |task, goal_m: [f64; 2], now| Order::Task {
+        id: TaskId(task),
+        index: RobotIndex(0),
+        task: Task { goal: goal_m.into(), yaw_rad: None, now },
+    };
     let mut driver = Driver::new(&one());
     driver.until(5);
     driver.world.order(order(1, [2.0, 1.0], false));
@@ -74,24 +81,33 @@ fn operators_task_as_the_timeline_does_but_not_without_bounds() {
     assert_eq!((driver.world.odometry(0).goals_left, driver.world.odometry(0).goal_y_m), (2, 0.0));
     driver.close();
     driver.world.order(order(2, [f64::NAN, 1.0], true));
-    driver.world.order(Order::Task { task: 3, slot: 7, goal_m: [0.0, 0.0], yaw_rad: None, now: true });
+    driver.world.order(Order::Task {
+        id: TaskId(3),
+        index: RobotIndex(7),
+        task: Task { goal: [0.0, 0.0].into(), yaw_rad: None, now: true },
+    });
     (0..MAX_GOALS as u32).for_each(|i| driver.world.order(order(4 + i, [2.0, 1.0], false)));
     driver.tick();
     assert_eq!(driver.world.odometry(0).goals_left as usize, 1 + MAX_GOALS);
-    assert_eq!(driver.logged("ignored", 0), [6, 6]);
+    assert_eq!(driver.logged(EventName::Ignored, 0), [6, 6]);
     // Every order is answered, and what was taken is what there is.
     let answers = driver.notices.iter().filter_map(|(_, notice)| match notice {
-        Notice::Answer { ticket: Ticket::Task(task), refused } => Some((*task, refused.as_deref())),
+        Notice::Answer { ticket: Ticket::Task(TaskId(task)), refused } => Some((*task, refused.as_deref())),
         _ => None,
     });
     let refused: Vec<(u32, &str)> = answers.clone().filter_map(|(task, refused)| Some((task, refused?))).collect();
     let last = 3 + MAX_GOALS as u32;
     let expected = [(2, "the goal is nowhere"), (3, "unknown robot"), (last, "too many goals are waiting")];
     assert_eq!((refused, answers.count()), (expected.to_vec(), 3 + MAX_GOALS));
-    assert_eq!(driver.logged("ignored", 7), [6]);
+    assert_eq!(driver.logged(EventName::Ignored, 7), [6]);
     let outcome = driver.run();
     assert_eq!((outcome.robots[0].tasks_done, outcome.robots[0].goals_done), (64, 65));
-    assert!(outcome.events.iter().any(|event| event.kind == "task-done" && event.detail == "task 1"));
+    assert!(
+        outcome
+            .events
+            .iter()
+            .any(|event| event.kind.name() == EventName::TaskDone && event.kind.detail(&|_| String::new()) == "task 1")
+    );
 }
 
 #[test]
@@ -143,10 +159,10 @@ fn who_stands_short_of_the_goal_is_deadlocked() {
     while !driver.world.finished() {
         driver.world.open(&mut |_| true);
         let tick = driver.world.tick();
-        driver.world.close(&mut |seat| {
+        driver.world.close(&mut |instance| {
             // Robot 1 drives for half the time and stands for half, robot 2 creeps on.
-            let x = [1.0, if tick < 100 { 0.1 } else { 0.0 }, 0.06][seat.slot as usize];
-            let arrived = seat.slot == 0 && tick >= 20;
+            let x = [1.0, if tick < 100 { 0.1 } else { 0.0 }, 0.06][instance.index.at()];
+            let arrived = instance.index.0 == 0 && tick >= 20;
             Some(model::Drive::Velocity(nalgebra::Vector2::new(if arrived { 0.0 } else { x }, 0.0)))
         });
     }
@@ -214,8 +230,8 @@ fn who_leaves_its_goal_has_not_arrived_until_it_is_back() {
     driver.until(20);
     let step = |driver: &mut Driver, x: f64| {
         driver.world.open(&mut |_| true);
-        driver.world.close(&mut |seat| {
-            Some(model::Drive::Velocity(nalgebra::Vector2::new(if seat.slot == 0 { x } else { 0.0 }, 0.0)))
+        driver.world.close(&mut |instance| {
+            Some(model::Drive::Velocity(nalgebra::Vector2::new(if instance.index.0 == 0 { x } else { 0.0 }, 0.0)))
         });
         let outcome = driver.world.outcome().robots.remove(0);
         assert_eq!(driver.world.odometry(0).has(Odometry::FLAG_ARRIVED), outcome.arrived);
@@ -235,12 +251,18 @@ fn who_leaves_its_goal_has_not_arrived_until_it_is_back() {
     assert!((back.path_length_m - 2.24).abs() < 1e-9);
     // A task that comes while it is off its goal is not kept waiting for it.
     step(&mut driver, 1.0);
-    driver.world.order(Order::Task { task: 1, slot: 0, goal_m: [2.0, 1.0], yaw_rad: None, now: false });
+    driver.world.order(Order::Task {
+        id: TaskId(1),
+        index: RobotIndex(0),
+        task: Task { goal: [2.0, 1.0].into(), yaw_rad: None, now: false },
+    });
     step(&mut driver, 0.0);
     assert_eq!((driver.world.odometry(0).goal_y_m, driver.world.odometry(0).goals_left), (1.0, 1));
     let events = driver.world.outcome().events;
-    let kinds = |kind: &str| events.iter().filter(|event| event.kind == kind && event.slot == Some(0)).count();
-    assert_eq!((kinds("arrived"), kinds("off-goal")), (1, 2));
+    let kinds = |kind: EventName| {
+        events.iter().filter(|event| event.kind.name() == kind && event.robot == Some(RobotIndex(0))).count()
+    };
+    assert_eq!((kinds(EventName::Arrived), kinds(EventName::OffGoal)), (1, 2));
 }
 
 #[test]

@@ -6,7 +6,7 @@
 
 use bus::{Address, Lease, Node, Poses, RobotReader, RobotWriter, Sizes, clean};
 use poses::{Args, Failure, Pose, Transport};
-use model::Seat;
+use model::{RobotIndex, RobotInstance};
 use protocol::robot_to_robot::SharedPose;
 use std::io::Read;
 use std::path::Path;
@@ -23,8 +23,8 @@ struct Boards {
     missing: Vec<usize>,
 }
 
-fn seat(robot: usize) -> Seat {
-    Seat { slot: robot as u32, incarnation: 0 }
+fn instance(robot: usize) -> RobotInstance {
+    RobotInstance { index: RobotIndex::of(robot), incarnation: 0 }
 }
 
 fn open(args: &Args) -> Result<Boards, Failure> {
@@ -32,7 +32,7 @@ fn open(args: &Args) -> Result<Boards, Failure> {
     let node = Node::new(&Address::at(Path::new(&root))?, &format!("agent-{}-0", args.robot))?;
     let sizes = Sizes { max_robots: args.robots as u32, shape_pieces: 0 };
     Ok(Boards {
-        mine: RobotWriter::create(&node, seat(args.robot), sizes, Poses::Newest)?,
+        mine: RobotWriter::create(&node, instance(args.robot), sizes, Poses::Newest)?,
         node,
         theirs: (0..args.robots).map(|_| None).collect(),
         missing: args.others().collect(),
@@ -43,7 +43,7 @@ impl Transport for Boards {
     fn connect(&mut self) -> Result<(), Failure> {
         while let Some(&robot) = self.missing.first() {
             // Not there yet, or just being made. They start in order: the next one is not there either.
-            let Ok(reader) = RobotReader::open(&self.node, seat(robot)) else { break };
+            let Ok(reader) = RobotReader::open(&self.node, instance(robot)) else { break };
             self.theirs[robot] = Some(reader);
             self.missing.remove(0);
             if self.missing.is_empty() {

@@ -7,11 +7,13 @@ use super::crew::{Crew, ran_us};
 use super::figures::{Beside, Document, code, median, quantile, short};
 use super::scene::Scene;
 use crate::args::BenchLoopArgs;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::out;
-use bus::{Gate, Metric, clock};
+use bus::{Gate, clock};
+use daemon::coordinator::News;
 use daemon::signals::Interrupted;
-use daemon::supervisor::{self, FleetView, WORLD_GOES_ON, WORLD_STOPPED, Watch};
+use daemon::supervisor::{self, FleetView, Watch};
+use model::Metric;
 use report::Column;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
@@ -52,7 +54,7 @@ struct Row {
 }
 
 pub(super) fn run(options: &BenchLoopArgs) -> Result<i32, Failure> {
-    let interrupted = Interrupted::watch()?;
+    let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
     let mut rows = Vec::new();
     for &robots in &options.robots {
         for (planner, obstacles) in [("straight", false), ("decentralized-apf", true)] {
@@ -247,9 +249,9 @@ impl Watch for Duel<'_> {
         out::talk(line);
     }
 
-    fn news(&mut self, kind: &str, line: &str) {
+    fn news(&mut self, kind: News, line: &str) {
         // That it stops the world is what this bench does.
-        if ![WORLD_STOPPED, WORLD_GOES_ON].contains(&kind) {
+        if ![News::WorldStopped, News::WorldGoesOn].contains(&kind) {
             out::talk(line);
         }
     }

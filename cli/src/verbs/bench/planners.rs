@@ -110,7 +110,7 @@ pub(super) fn run(options: &BenchPlannersArgs) -> Result<i32, Failure> {
         [] => METHODS.to_vec(),
         names => names.iter().map(|name| find(name)).collect::<Result<_, _>>()?,
     };
-    let interrupted = Interrupted::watch()?;
+    let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
     let mut live = Live::new();
     let clock_ns = cost_of_the_clock();
     let mut cells: Vec<Cell> =

@@ -4,11 +4,13 @@ use super::crew;
 use super::figures::{Beside, Document, code, quantile, short};
 use super::scene::Scene;
 use crate::args::BenchRealtimeArgs;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::out;
-use bus::{Counter, Metric, StatsSnapshot};
+use bus::{Counter, StatsSnapshot};
+use daemon::coordinator::News;
 use daemon::signals::Interrupted;
 use daemon::supervisor::{self, FleetView, Watch};
+use model::Metric;
 use report::Column;
 use serde::Serialize;
 use std::time::Duration;
@@ -34,7 +36,7 @@ struct Row {
 }
 
 pub(super) fn run(options: &BenchRealtimeArgs) -> Result<i32, Failure> {
-    let interrupted = Interrupted::watch()?;
+    let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
     let mut rows = Vec::new();
     for &robots in &options.robots {
         if interrupted.yes() {
@@ -183,7 +185,7 @@ impl Watch for Silent {
         out::talk(line);
     }
 
-    fn news(&mut self, _: &str, line: &str) {
+    fn news(&mut self, _: News, line: &str) {
         out::talk(line);
     }
 }

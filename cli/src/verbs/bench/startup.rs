@@ -5,13 +5,14 @@ use super::crew::Crew;
 use super::figures::{Beside, Document, code, short};
 use super::scene::Scene;
 use crate::args::BenchStartupArgs;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::out;
 use crate::verbs::fleet;
 use bus::{Address, Gate, clock};
+use daemon::coordinator::News;
 use daemon::signals::Interrupted;
 use daemon::supervisor::{self, FleetView, Watch};
-use model::Seat;
+use model::RobotInstance;
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use report::Column;
 use serde::Serialize;
@@ -39,7 +40,7 @@ struct Row {
 }
 
 pub(super) fn run(options: &BenchStartupArgs) -> Result<i32, Failure> {
-    let interrupted = Interrupted::watch()?;
+    let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
     let mut rows = Vec::new();
     for &robots in &options.robots {
         if !interrupted.yes() {
@@ -100,7 +101,7 @@ fn measure(robots: usize, repetitions: u32, interrupted: &Interrupted) -> Result
             break;
         }
         let Some(joined) = joined else { continue };
-        pss.extend(finished.processes.iter().filter_map(|(seat, _, used)| seat.and(used.pss_kib)));
+        pss.extend(finished.processes.iter().filter_map(|(instance, _, used)| instance.and(used.pss_kib)));
         let startup_ms = finished.startup_ms.unwrap_or_default();
         // One at a time: a barrier has two sides at least.
         let (crew, one) = (Crew::start(robots + 1)?, Crew::start(1)?);
@@ -141,7 +142,7 @@ impl Watch for Guest<'_> {
     fn progress(&mut self, _: &bus::Progress, _: f64) {}
 
     fn say(&mut self, _: &str) {}
-    fn news(&mut self, _: &str, _: &str) {}
+    fn news(&mut self, _: News, _: &str) {}
 
     fn enough(&self) -> bool {
         self.interrupted.yes() || self.joining.as_ref().is_some_and(JoinHandle::is_finished)
@@ -155,20 +156,20 @@ fn join(address: &Address, place: [f64; 2], neighbors: usize) -> Result<f64, Fai
     clock::sleep_until_ns(clock::now_ns() + 300_000_000);
     let asked_ns = clock::now_ns();
     let robot = NewRobot { start_m: place, goal_m: place, ..NewRobot::default() };
-    let slot = match fleet::ask(address, &Request::Add(robot))? {
-        Reply::Added { slot, .. } => slot,
+    let index = match fleet::ask(address, &Request::Add(robot))? {
+        Reply::Added { index, .. } => index,
         reply => return Err(fleet::confused(&reply)),
     };
-    let seat = Seat { slot, incarnation: 0 };
+    let instance = RobotInstance { index, incarnation: 0 };
     loop {
         let now_ns = clock::now_ns();
-        if gate.heard(seat) >= neighbors {
+        if gate.heard(instance) >= neighbors {
             return Ok(now_ns.saturating_sub(asked_ns) as f64 * 1e-6);
         }
         if gate.stopped() || now_ns > asked_ns + PATIENCE.as_nanos() as u64 {
             return Err(Failure::environment(format!(
                 "bench: the robot that joined heard {} of {neighbors} neighbours",
-                gate.heard(seat)
+                gate.heard(instance)
             ))
             .hint("is the machine busy? try again"));
         }

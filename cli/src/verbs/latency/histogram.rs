@@ -1,6 +1,7 @@
 //! How the values of a metric are spread, over ranges with round ends.
 
-use bus::{Metric, StatsSnapshot};
+use bus::StatsSnapshot;
+use model::{Metric, RobotIndex};
 use report::Page;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -27,12 +28,16 @@ fn edges() -> Vec<u64> {
 
 impl Spread {
     /// A metric over these robots: what the agents measured themselves, or what the world measured of them.
-    pub(super) fn of(robots: &BTreeMap<u32, StatsSnapshot>, world: Option<&StatsSnapshot>, metric: Metric) -> Spread {
+    pub(super) fn of(
+        robots: &BTreeMap<RobotIndex, StatsSnapshot>,
+        world: Option<&StatsSnapshot>,
+        metric: Metric,
+    ) -> Spread {
         let edges = edges();
         let mut counts = vec![0; edges.len()];
         for (&slot, snapshot) in robots {
             let of_world = || world.map_or_else(Vec::new, |world| world.spread_of(slot, metric, &edges));
-            let spread = if is_of_world(metric) { of_world() } else { snapshot.spread(metric, &edges) };
+            let spread = if metric.is_of_world() { of_world() } else { snapshot.spread(metric, &edges) };
             counts.iter_mut().zip(spread).for_each(|(count, more)| *count += more);
         }
         Spread { edges, counts }.trimmed()
@@ -81,11 +86,6 @@ impl Spread {
     }
 }
 
-/// Whether the world measures it.
-fn is_of_world(metric: Metric) -> bool {
-    matches!(metric, Metric::CommandAge | Metric::Reaction)
-}
-
 /// The beginning of a range: `1.5`, `300`.
 fn micros(ns: u64) -> String {
     if ns.is_multiple_of(1000) { (ns / 1000).to_string() } else { format!("{:.1}", ns as f64 * 1e-3) }
@@ -118,7 +118,7 @@ mod tests {
         assert_eq!((spread.n(), spread.bars()[0].clone()), (8, Bar { from: "1".into(), n: 2 }));
         assert_eq!(spread.json()[0], json!({ "from_us": 1.0, "to_us": 1.5, "n": 2 }));
         assert_eq!(Spread::of(&robots, None, Metric::Plan).bars(), []);
-        robots.remove(&0);
+        robots.remove(&RobotIndex(0));
         assert_eq!(Spread::of(&robots, None, Metric::Wake).n(), 4);
     }
 }

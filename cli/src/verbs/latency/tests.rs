@@ -1,5 +1,6 @@
 use super::*;
-use bus::{Cause, StatsWriter, Strips, clean};
+use bus::{StatsWriter, Strips, clean};
+use model::Cause;
 
 /// Two robots and a world, as they would be seen; the second robot was added while the fleet ran.
 fn seen(mode: Mode) -> Look {
@@ -13,12 +14,12 @@ fn seen(mode: Mode) -> Look {
             stats.record(Metric::Plan, 2_000 + period);
             stats.record(Metric::Step, 20_000);
             stats.record(Metric::PoseAge, 1_000_000 + 10_000 * period);
-            stats.record_of(1 - slot, Metric::PoseAge, 1_000_000 + 10_000 * period, period);
+            stats.record_of(RobotIndex(1 - slot), Metric::PoseAge, 1_000_000 + 10_000 * period, period);
         }
         stats.add(Counter::Periods, 1000);
         stats.add(Counter::DeadlineMisses, 3 * u64::from(slot));
-        stats.add(Counter::late(Cause::Scheduler), 4 * u64::from(slot));
-        stats.add(Counter::late(Cause::Neither), 1);
+        stats.add_late(Cause::Scheduler, 4 * u64::from(slot));
+        stats.add_late(Cause::Neither, 1);
         stats.add(Counter::WaitedNs, 5);
         stats.add(Counter::WatchedNs, 1000);
         stats.add(Counter::UsesDropped, 7);
@@ -33,14 +34,15 @@ fn seen(mode: Mode) -> Look {
     for slot in [0, 1] {
         for (metric, ns) in [(Metric::CommandAge, 9_000_000), (Metric::Reaction, 20_000_000)] {
             world.record(metric, ns);
-            world.record_of(slot, metric, ns, 1);
+            world.record_of(RobotIndex(slot), metric, ns, 1);
         }
     }
     world.record(Metric::Wake, 70_000);
     world.add(Counter::Periods, 1000);
     let stats = bus::stats::read_all(&address);
     clean::sweep(&address);
-    let (stats, names) = (stats.unwrap(), BTreeMap::from([(0, "r00".to_owned()), (1, "scout".to_owned())]));
+    let (stats, names) =
+        (stats.unwrap(), BTreeMap::from([(RobotIndex(0), "r00".to_owned()), (RobotIndex(1), "scout".to_owned())]));
     let (robots, world) = measured::by_robot(&stats);
     let facts = measured::latency(&stats, &|slot| names.get(&slot).cloned(), mode == Mode::Realtime);
     let (fleet, scenario) = ("abcd234".to_owned(), "demo-15".to_owned());

@@ -5,10 +5,10 @@ use crate::verbs::fleet;
 use bus::{Address, Gate, Node, WorldObserver};
 use daemon::processes::state_word;
 use daemon::status::{self, Life};
-use model::{Scenario, Seat};
+use model::{RobotIndex, RobotInstance, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::operator_to_daemon::Status;
-use report::measured::seat_of;
+use report::measured::instance_of;
 use std::collections::BTreeMap;
 
 /// The fleet at `address`, as far as it can be known.
@@ -17,21 +17,21 @@ use std::collections::BTreeMap;
 /// When its files cannot be read.
 pub(super) fn status(address: &Address) -> Result<Status, Failure> {
     let mut scenario: Scenario = fleet::left(address, world_sim::shell::SCENARIO_FILE)?;
-    let seats = seats(address);
+    let instances = instances(address);
     // Robots that were added come after those of the scenario.
-    while let Some(seat) = seats.get(&(scenario.robots.len() as u32)) {
-        let spec: AgentSpec = fleet::left(address, &robot_agent::shell::spec_file(*seat))?;
+    while let Some(instance) = instances.get(&RobotIndex::of(scenario.robots.len())) {
+        let spec: AgentSpec = fleet::left(address, &robot_agent::shell::spec_file(*instance))?;
         scenario.robots.push(spec.robot);
     }
     let node = Node::new(address, "operator")?;
     let (gate, observer) = (Gate::open(address)?, WorldObserver::open(&node)?);
-    let lives = (0..scenario.robots.len() as u32).map(|slot| match seats.get(&slot) {
-        None => Life { seat: Seat { slot, incarnation: 0 }, pid: None, state: "awaited" },
-        Some(seat) => {
-            let process = gate.process(*seat).map(|pid| (pid, state_word(pid)));
+    let lives = (0..scenario.robots.len()).map(RobotIndex::of).map(|index| match instances.get(&index) {
+        None => Life { instance: RobotInstance { index, incarnation: 0 }, pid: None, state: "awaited" },
+        Some(instance) => {
+            let process = gate.process(*instance).map(|pid| (pid, state_word(pid)));
             match process.filter(|(_, state)| *state != "ended") {
-                Some((pid, state)) => Life { seat: *seat, pid: Some(pid), state },
-                None => Life { seat: *seat, pid: None, state: "dead" },
+                Some((pid, state)) => Life { instance: *instance, pid: Some(pid), state },
+                None => Life { instance: *instance, pid: None, state: "dead" },
             }
         }
     });
@@ -39,12 +39,12 @@ pub(super) fn status(address: &Address) -> Result<Status, Failure> {
     Ok(status::of(&scenario, lives, &gate.progress(), &observer, daemon_pid, world_pid))
 }
 
-/// The newest life of every robot, by slot: each has a file that says what it is.
-fn seats(address: &Address) -> BTreeMap<u32, Seat> {
+/// The newest incarnation of every robot: each has a file that says what it is.
+fn instances(address: &Address) -> BTreeMap<RobotIndex, RobotInstance> {
     let files = std::fs::read_dir(address.root()).into_iter().flatten().flatten();
-    let mut seats: Vec<Seat> = files.filter_map(|file| seat_of(file.file_name().to_str()?)).collect();
-    seats.sort_by_key(|seat| (seat.slot, seat.incarnation));
-    seats.into_iter().map(|seat| (seat.slot, seat)).collect()
+    let mut instances: Vec<RobotInstance> = files.filter_map(|file| instance_of(file.file_name().to_str()?)).collect();
+    instances.sort_by_key(|instance| (instance.index, instance.incarnation));
+    instances.into_iter().map(|instance| (instance.index, instance)).collect()
 }
 
 /// The daemon and the world, 0 for what is not found: the world says on its command line who started it.

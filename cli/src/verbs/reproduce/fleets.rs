@@ -4,6 +4,7 @@ mod amr_apf;
 mod decentralized_apf;
 
 use crate::exit::Failure;
+use daemon::coordinator::News;
 use daemon::supervisor::{self, Finished, Watch};
 use model::Scenario;
 use reproduce::row::{Rows, Series};
@@ -62,7 +63,7 @@ fn lockstep(scenario: Scenario) -> Result<Finished, Stop> {
     impl Watch for Unwatched {
         fn progress(&mut self, _: &bus::Progress, _: f64) {}
         fn say(&mut self, _: &str) {}
-        fn news(&mut self, _: &str, _: &str) {}
+        fn news(&mut self, _: News, _: &str) {}
     }
     let finished = supervisor::run(scenario, None, &mut Unwatched).and_then(Finished::undisturbed);
     let finished = finished.map_err(|error| match error.kind {

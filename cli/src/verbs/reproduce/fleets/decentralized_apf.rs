@@ -22,7 +22,7 @@ pub(super) fn run(rows: &mut Rows<'_>) -> Result<(), Stop> {
         rows.exact(item("arrives"), oracle.all_arrived(), ours.robots.iter().all(|robot| robot.arrived));
         let tolerance = if scene.name == "apf_antipodal8" { 2.5 } else { 0.3 };
         for (i, expected) in (0..oracle.bodies().len()).map(|i| (i, oracle.arrival_s(i))) {
-            let time_s = ours.robots.iter().find(|robot| robot.slot as usize == i).and_then(|robot| robot.time_s);
+            let time_s = ours.robots.iter().find(|robot| robot.robot.at() == i).and_then(|robot| robot.time_s);
             let what = format!("arrival of robot {i}");
             rows.number(item(&what), tidy(expected.unwrap_or(-1.0)), tidy(time_s.unwrap_or(-1.0)), tolerance, "s");
         }

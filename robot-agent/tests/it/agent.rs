@@ -1,7 +1,7 @@
 //! What an agent tells others and asks of its body: flags, poses, and the joints of arms.
 
 use geometry::ArmState;
-use model::{Drive, Scenario, Seat};
+use model::{Drive, RobotIndex, RobotInstance, Scenario};
 use nalgebra::{Point2, Vector2};
 use planners::{Neighbor, Plan, PlanInput, Planner};
 use protocol::daemon_to_robot::AgentSpec;
@@ -75,7 +75,11 @@ impl Robot {
     fn new(scenario: &Scenario, slot: usize) -> Robot {
         let (plans, seen) = (Arc::default(), Arc::default());
         let planner = Scripted { plans: Arc::clone(&plans), seen: Arc::clone(&seen) };
-        let spec = AgentSpec::new(scenario, &scenario.robots[slot], Seat { slot: slot as u32, incarnation: 0 });
+        let spec = AgentSpec::new(
+            scenario,
+            &scenario.robots[slot],
+            RobotInstance { index: RobotIndex::of(slot), incarnation: 0 },
+        );
         Robot { agent: Agent::with_planner(spec, Box::new(planner)), plans, seen, board: PosePair::default() }
     }
 
@@ -127,7 +131,7 @@ fn a_robot_is_stopped_when_its_method_says_so() {
 fn flags_and_the_way_left_travel_with_the_pose_and_with_nothing_else() {
     let scenario = scenario();
     let (mut speaker, mut listener) = (Robot::new(&scenario, 0), Robot::new(&scenario, 1));
-    let who = NeighborRef { slot: 0, incarnation: 0 };
+    let who = NeighborRef { index: 0, incarnation: 0 };
     for (tick, (flags, stopped)) in
         [(0, false), (0, true), (Odometry::FLAG_ARRIVED, true), (0, false)].iter().enumerate()
     {
@@ -157,7 +161,7 @@ fn who_is_heard_late_is_where_it_is_seen() {
     let piece = |x_m, obstacle, robot| Piece { ax_m: x_m, bx_m: x_m, vx_mps: 0.5, obstacle, robot, ..Piece::default() };
     // A wall, the body of robot 1, that of robot 4, of which nothing is heard, and a silent one.
     let pieces = [piece(3.0, 0, 0), piece(7.0, 3, 2), piece(8.0, 6, 5), piece(9.0, 7, 6)];
-    let who = NeighborRef { slot: 1, incarnation: 0 };
+    let who = NeighborRef { index: 1, incarnation: 0 };
     let said = |tick, x_m, stamp_ns| {
         let mut pair = PosePair::default();
         let flags = SharedPose::FLAG_SPOKEN;

@@ -1,9 +1,8 @@
 //! Operators that the daemon should not have to mind: noise, floods, clients that stop half way or never read.
 #![expect(clippy::disallowed_methods, reason = "tests use sockets and clocks")]
 
-mod common;
-
-use common::Home;
+use crate::home::Home;
+use model::TaskId;
 use protocol::operator_to_daemon::{PROTOCOL_VERSION, Reply, Request};
 use shoal_bus::{OperatorClient, OperatorServer};
 use std::io::{Read, Write};
@@ -28,7 +27,7 @@ fn serve_until(server: &mut OperatorServer, mut done: impl FnMut() -> bool) {
     while !done() {
         assert!(Instant::now() < deadline, "not within {TIMEOUT:?}");
         while let Some((_, responder)) = server.take() {
-            responder.reply(&Reply::Tasked { task: 7 });
+            responder.reply(&Reply::Tasked { id: TaskId(7) });
         }
         std::thread::sleep(Duration::from_millis(1));
     }
@@ -82,7 +81,7 @@ fn clients_that_stop_half_way_keep_nobody_waiting() {
     let address = home.0.clone();
     let client = std::thread::spawn(move || OperatorClient::new(&address).ask(&Request::Status, TIMEOUT));
     serve_until(&mut server, || client.is_finished());
-    assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { task: 7 }));
+    assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { id: TaskId(7) }));
     drop(silent);
 }
 
@@ -105,7 +104,7 @@ fn a_client_that_reads_slowly_gets_its_whole_reply_and_delays_no_other() {
     let address = home.0.clone();
     let client = std::thread::spawn(move || OperatorClient::new(&address).ask(&Request::Status, TIMEOUT));
     serve_until(&mut server, || client.is_finished());
-    assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { task: 7 }));
+    assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { id: TaskId(7) }));
     let reader = std::thread::spawn(move || {
         let mut reply = Vec::new();
         slow.read_to_end(&mut reply).unwrap();
@@ -127,7 +126,7 @@ fn a_burst_is_served_to_the_last() {
         .collect();
     serve_until(&mut server, || clients.iter().all(std::thread::JoinHandle::is_finished));
     for client in clients {
-        assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { task: 7 }));
+        assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { id: TaskId(7) }));
     }
 }
 
@@ -148,10 +147,10 @@ fn an_answer_may_come_later() {
     }
     assert!(kept.iter().all(|(_, responder)| responder.is_awaited()));
     for (task, (_, responder)) in kept.into_iter().enumerate().rev() {
-        responder.reply(&Reply::Tasked { task: task as u32 });
+        responder.reply(&Reply::Tasked { id: TaskId(task as u32) });
     }
     let mut answers = [first.join().unwrap(), second.join().unwrap()].map(|answer| match answer {
-        Ok(Reply::Tasked { task }) => task,
+        Ok(Reply::Tasked { id: TaskId(task) }) => task,
         other => panic!("{other:?}"),
     });
     answers.sort_unstable();

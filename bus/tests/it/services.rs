@@ -1,10 +1,8 @@
 //! Every service, between two nodes as two processes have them, and several fleets at once.
 #![expect(clippy::disallowed_methods, reason = "tests look at files and use threads")]
 
-mod common;
-
-use common::Home;
-use model::{Event, Seat};
+use crate::home::Home;
+use model::{Event, EventKind, RobotIndex, RobotInstance, Task, TaskId};
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use protocol::robot_to_robot::{PosePair, SharedPose};
@@ -38,8 +36,8 @@ fn fleet() -> Fleet {
     Fleet { daemon, other, _services: services, _home: home }
 }
 
-fn seat(slot: u32) -> Seat {
-    Seat { slot, incarnation: 0 }
+fn instance(slot: u32) -> RobotInstance {
+    RobotInstance { index: RobotIndex(slot), incarnation: 0 }
 }
 
 fn is_readable(source: &impl AsFd) -> bool {
@@ -50,7 +48,7 @@ fn is_readable(source: &impl AsFd) -> bool {
 fn a_robot_sees_what_the_world_writes() {
     let fleet = fleet();
     let mut world = WorldWriter::open(&fleet.daemon, SIZES).unwrap();
-    let mut robot = WorldReader::open(&fleet.other, 2).unwrap();
+    let mut robot = WorldReader::open(&fleet.other, RobotIndex(2)).unwrap();
     assert_eq!(robot.odometry(), Odometry::default());
     assert_eq!(robot.neighbors(), Some(&[][..]), "the first look");
     assert_eq!(robot.sensed(), Some(&[][..]), "the first look");
@@ -58,27 +56,27 @@ fn a_robot_sees_what_the_world_writes() {
     assert_eq!(robot.sensed(), None);
 
     let odometry = Odometry { tick: 4, x_m: 1.5, ..Odometry::default() };
-    world.odometry(2, odometry);
-    world.odometry(1, Odometry { tick: 9, ..odometry });
+    world.odometry(RobotIndex(2), odometry);
+    world.odometry(RobotIndex(1), Odometry { tick: 9, ..odometry });
     assert_eq!(robot.odometry(), odometry);
-    assert_eq!(WorldObserver::open(&fleet.other).unwrap().odometry(1).tick, 9);
+    assert_eq!(WorldObserver::open(&fleet.other).unwrap().odometry(RobotIndex(1)).tick, 9);
 
-    let neighbors = [NeighborRef { slot: 0, incarnation: 2 }, NeighborRef { slot: 5, incarnation: 0 }];
-    world.neighbors(2, &neighbors);
-    world.neighbors(3, &neighbors[..1]);
+    let neighbors = [NeighborRef { index: 0, incarnation: 2 }, NeighborRef { index: 5, incarnation: 0 }];
+    world.neighbors(RobotIndex(2), &neighbors);
+    world.neighbors(RobotIndex(3), &neighbors[..1]);
     assert_eq!(robot.neighbors(), None, "the odometry has not told of it");
     let tell = |world: &mut WorldWriter, robot: &WorldReader| {
-        world.odometry(2, odometry);
+        world.odometry(RobotIndex(2), odometry);
         assert_eq!(robot.odometry(), odometry);
     };
     tell(&mut world, &robot);
     assert_eq!(robot.neighbors(), Some(&neighbors[..]));
     assert_eq!(robot.neighbors(), None, "it has not changed since");
-    world.neighbors(2, &[]);
+    world.neighbors(RobotIndex(2), &[]);
     tell(&mut world, &robot);
     assert_eq!(robot.neighbors(), Some(&[][..]));
 
-    world.sensed(2, &[1, 8]);
+    world.sensed(RobotIndex(2), &[1, 8]);
     tell(&mut world, &robot);
     assert_eq!(robot.sensed(), Some(&[1, 8][..]));
     assert_eq!(robot.sensed(), None);
@@ -98,15 +96,15 @@ fn there_is_one_world_and_no_slot_beyond_the_last() {
     let _world = WorldWriter::open(&fleet.daemon, SIZES).unwrap();
     let error = WorldWriter::open(&fleet.other, SIZES).err().unwrap();
     assert!(error.to_string().starts_with("board `world`"), "{error}");
-    let error = WorldReader::open(&fleet.other, 6).err().unwrap();
+    let error = WorldReader::open(&fleet.other, RobotIndex(6)).err().unwrap();
     assert!(error.is_missing() && error.hint().is_some(), "{error}");
 }
 
 #[test]
 fn robots_hear_each_other_and_lives_are_kept_apart() {
     let fleet = fleet();
-    let mut first = RobotWriter::create(&fleet.other, seat(4), SIZES, Poses::LastTwo).unwrap();
-    let reader = RobotReader::open(&fleet.daemon, seat(4)).unwrap();
+    let mut first = RobotWriter::create(&fleet.other, instance(4), SIZES, Poses::LastTwo).unwrap();
+    let reader = RobotReader::open(&fleet.daemon, instance(4)).unwrap();
     let mut pair = PosePair::default();
     for tick in 1..=3 {
         pair.push(SharedPose { tick, flags: SharedPose::FLAG_SPOKEN, ..SharedPose::default() });
@@ -116,9 +114,9 @@ fn robots_hear_each_other_and_lives_are_kept_apart() {
     }
     assert_eq!(reader.pose().before(3).unwrap().tick, 2);
 
-    let next = Seat { incarnation: 1, ..seat(4) };
+    let next = RobotInstance { incarnation: 1, ..instance(4) };
     assert!(RobotReader::open(&fleet.daemon, next).err().unwrap().is_missing());
-    assert!(RobotWriter::create(&fleet.daemon, seat(4), SIZES, Poses::LastTwo).is_err());
+    assert!(RobotWriter::create(&fleet.daemon, instance(4), SIZES, Poses::LastTwo).is_err());
     let _second = RobotWriter::create(&fleet.other, next, SIZES, Poses::LastTwo).unwrap();
     assert_eq!(RobotReader::open(&fleet.daemon, next).unwrap().pose(), PosePair::default());
     drop(first);
@@ -131,12 +129,16 @@ fn orders_arrive_in_order_however_many_there_are() {
     let mut sender = OrderSender::open(&fleet.daemon).unwrap();
     let mut receiver = OrderReceiver::open(&fleet.other).unwrap();
     assert_eq!(receiver.take(), None);
-    let order = |task| Order::Task { task, slot: task % 6, goal_m: [f64::from(task), 0.5], yaw_rad: None, now: false };
+    let order = |task| Order::Task {
+        id: TaskId(task),
+        index: RobotIndex(task % 6),
+        task: Task { goal: [f64::from(task), 0.5].into(), yaw_rad: None, now: false },
+    };
     let count = 40_000;
     (0..count).for_each(|task| sender.send(&order(task)).unwrap());
     let waiting = sender.flush();
     assert!(waiting > 0, "this is more than the ring holds");
-    let fact = Order::Absent { seat: seat(2), cause: Absence::Stopped };
+    let fact = Order::Absent { instance: instance(2), cause: Absence::Stopped };
     (0..100).for_each(|_| sender.send(&fact).unwrap());
     assert_eq!(sender.flush(), waiting + 1, "a fact that comes again and again waits once");
     for task in 0..count {
@@ -148,7 +150,7 @@ fn orders_arrive_in_order_however_many_there_are() {
     }
     assert_eq!((receiver.take(), sender.flush()), (Some(fact), 0));
     assert_eq!(receiver.take(), None);
-    sender.send(&Order::Absent { seat: seat(1), cause: Absence::Overdue }).unwrap();
+    sender.send(&Order::Absent { instance: instance(1), cause: Absence::Overdue }).unwrap();
     // A daemon that takes over goes on where the other one stopped.
     OrderSender::open(&fleet.other).unwrap().send(&Order::Stop).unwrap();
     assert!(matches!(receiver.take(), Some(Order::Absent { .. })));
@@ -163,15 +165,15 @@ fn notices_wake_the_daemon_once_per_batch() {
     for round in 0..3 {
         assert!(receiver.take().is_none() && !is_readable(&receiver), "round {round}");
         for tick in 0..5 {
-            sender.send(&Notice::Expect { seat: seat(1), tick });
+            sender.send(&Notice::Expect { instance: instance(1), tick });
         }
         assert!(is_readable(&receiver));
         for tick in 0..5 {
-            assert_eq!(receiver.take(), Some(Notice::Expect { seat: seat(1), tick }));
+            assert_eq!(receiver.take(), Some(Notice::Expect { instance: instance(1), tick }));
         }
         // One that comes after the last was taken is found, or rings.
-        sender.send(&Notice::Left { seat: seat(2) });
-        assert_eq!(receiver.take(), Some(Notice::Left { seat: seat(2) }));
+        sender.send(&Notice::Left { instance: instance(2) });
+        assert_eq!(receiver.take(), Some(Notice::Left { instance: instance(2) }));
     }
 }
 
@@ -180,7 +182,7 @@ fn notices_outlast_a_daemon_that_does_not_read() {
     let fleet = fleet();
     let mut sender = NoticeSender::open(&fleet.other).unwrap();
     let log =
-        |tick| Notice::Log(Event { tick, kind: "contact".into(), slot: Some(1), detail: "x".repeat(90), touch: None });
+        |tick| Notice::Log(Event { tick, robot: Some(RobotIndex(1)), kind: EventKind::Deaf { why: "x".repeat(90) } });
     for tick in 0..8192 {
         sender.send(&log(tick));
     }
@@ -191,7 +193,7 @@ fn notices_outlast_a_daemon_that_does_not_read() {
     let lost = sender.left_out();
     assert!(lost > 0, "then entries of the log are dropped");
     for tick in 0..1000 {
-        sender.send(&Notice::Kill { seat: Seat { slot: 0, incarnation: tick } });
+        sender.send(&Notice::Kill { instance: RobotInstance { index: RobotIndex(0), incarnation: tick } });
     }
     assert!(sender.flush() > 0 && sender.left_out() == lost, "and everything else waits");
 
@@ -205,8 +207,8 @@ fn notices_outlast_a_daemon_that_does_not_read() {
                     assert_eq!((event.tick, killed), (logged, 0), "in order");
                     logged += 1;
                 }
-                Notice::Kill { seat } => {
-                    assert_eq!(seat.incarnation, killed);
+                Notice::Kill { instance } => {
+                    assert_eq!(instance.incarnation, killed);
                     killed += 1;
                 }
                 other => panic!("{other:?}"),
@@ -225,7 +227,7 @@ fn operators_are_answered_each_with_its_own() {
     let fleet = fleet();
     let mut server = OperatorServer::open(fleet.daemon.address()).unwrap();
     let address = fleet.daemon.address();
-    let robots = |count: u32| -> Reply { Reply::Added { robot: format!("robot-{count}"), slot: count } };
+    let robots = |count: u32| -> Reply { Reply::Added { robot: format!("robot-{count}"), index: RobotIndex(count) } };
     std::thread::scope(|scope| {
         for operator in 0..4_u32 {
             scope.spawn(move || {
@@ -264,7 +266,7 @@ fn an_operator_that_nobody_answers_is_told_so() {
     assert!(error.to_string().contains("no answer within 0.05 s"), "{error}");
     // The request of one who gave up may still be there, or not; a reply to it harms nobody.
     while let Some((_, responder)) = server.take() {
-        responder.reply(&Reply::Tasked { task: 0 });
+        responder.reply(&Reply::Tasked { id: TaskId(0) });
     }
     let error = client.ask(&Request::Status, Duration::from_millis(50)).unwrap_err();
     assert!(error.to_string().contains("no answer"), "{error}");
@@ -325,27 +327,27 @@ fn fleets_at_once_do_not_meet() {
     let mut ends: Vec<_> = fleets
         .iter()
         .map(|fleet| {
-            let robot = RobotWriter::create(&fleet.other, seat(0), SIZES, Poses::LastTwo).unwrap();
+            let robot = RobotWriter::create(&fleet.other, instance(0), SIZES, Poses::LastTwo).unwrap();
             (OrderSender::open(&fleet.daemon).unwrap(), WorldWriter::open(&fleet.daemon, SIZES).unwrap(), robot)
         })
         .collect();
     for (i, (orders, world, robot)) in ends.iter_mut().enumerate() {
-        orders.send(&Order::Remove { slot: i as u32 }).unwrap();
-        world.odometry(0, Odometry { tick: i as u64, ..Odometry::default() });
+        orders.send(&Order::Remove { index: RobotIndex::of(i) }).unwrap();
+        world.odometry(RobotIndex(0), Odometry { tick: i as u64, ..Odometry::default() });
         robot.command(Command { tick: i as u64, ..Command::default() });
     }
     for (i, fleet) in fleets.iter().enumerate() {
         let mut orders = OrderReceiver::open(&fleet.other).unwrap();
-        assert_eq!((orders.take(), orders.take()), (Some(Order::Remove { slot: i as u32 }), None));
-        assert_eq!(WorldReader::open(&fleet.other, 0).unwrap().odometry().tick, i as u64);
-        assert_eq!(RobotReader::open(&fleet.daemon, seat(0)).unwrap().command().tick, i as u64);
+        assert_eq!((orders.take(), orders.take()), (Some(Order::Remove { index: RobotIndex::of(i) }), None));
+        assert_eq!(WorldReader::open(&fleet.other, RobotIndex(0)).unwrap().odometry().tick, i as u64);
+        assert_eq!(RobotReader::open(&fleet.daemon, instance(0)).unwrap().command().tick, i as u64);
     }
     // One ends, and is swept; the others do not notice.
     let [first, second, _third] = fleets;
     let address = first.daemon.address().clone();
     drop(first);
     assert_eq!(clean::usage(&address), 0);
-    assert!(WorldReader::open(&second.other, 1).is_ok());
+    assert!(WorldReader::open(&second.other, RobotIndex(1)).is_ok());
     assert!(clean::list_fleets().unwrap().iter().any(|entry| &entry.address == second.daemon.address()));
 }
 
@@ -355,7 +357,7 @@ fn fleets_at_once_do_not_meet() {
 fn everything_that_a_fleet_shares_is_in_one_directory_of_its_owner() {
     use std::os::unix::fs::MetadataExt;
     let fleet = fleet();
-    let _robot = RobotWriter::create(&fleet.other, seat(0), SIZES, Poses::LastTwo).unwrap();
+    let _robot = RobotWriter::create(&fleet.other, instance(0), SIZES, Poses::LastTwo).unwrap();
     let mut frames = FramePublisher::open(&fleet.daemon, SIZES.frame_bodies_max()).unwrap();
     let _observer = FrameSubscriber::open(&fleet.other).unwrap();
     frames.publish(FrameHeader::default(), &[]);
@@ -371,7 +373,7 @@ fn everything_that_a_fleet_shares_is_in_one_directory_of_its_owner() {
 #[test]
 fn an_object_whose_maker_died_half_way_is_given_up() {
     let fleet = fleet();
-    let _robot = RobotWriter::create(&fleet.other, seat(0), SIZES, Poses::LastTwo).unwrap();
+    let _robot = RobotWriter::create(&fleet.other, instance(0), SIZES, Poses::LastTwo).unwrap();
     let root = fleet.daemon.address().root().to_path_buf();
     let files = std::fs::read_dir(&root).unwrap().map(|entry| entry.unwrap().path());
     let objects: Vec<_> = files.filter(|path| path.to_string_lossy().contains("/iox2.")).collect();
@@ -383,7 +385,7 @@ fn an_object_whose_maker_died_half_way_is_given_up() {
     let (done, opened) = std::sync::mpsc::channel();
     let address = fleet.daemon.address().clone();
     std::thread::spawn(move || {
-        let node = Node::new(&address, "late").map(|node| RobotReader::open(&node, seat(0)).map(drop));
+        let node = Node::new(&address, "late").map(|node| RobotReader::open(&node, instance(0)).map(drop));
         let _ = done.send(matches!(node, Err(_) | Ok(Err(_))));
     });
     assert_eq!(opened.recv_timeout(TIMEOUT), Ok(true));

@@ -1,6 +1,5 @@
 //! A fleet's address that removes everything when the test ends, and processes that join it.
 #![expect(clippy::disallowed_methods, reason = "tests start processes")]
-#![allow(dead_code, reason = "each test binary uses a part")]
 
 use shoal_bus::{Address, Lease, clean};
 use std::path::Path;
@@ -19,10 +18,10 @@ impl Home {
         Home(address, Some(lease))
     }
 
-    /// Runs the test `role` of this test binary in a process of its own. In there, [`home_of_child`] is this address.
+    /// Runs the test `processes::role` of this test binary in a process of its own. In there, [`home_of_child`] is this address.
     pub(crate) fn spawn(&self, role: &str) -> Process {
         let child = Command::new(std::env::current_exe().unwrap())
-            .args([role, "--exact", "--nocapture", "--test-threads=1"])
+            .args([&format!("processes::{role}"), "--exact", "--nocapture", "--test-threads=1"])
             .env(ROOT, self.0.root())
             .stdout(Stdio::null())
             .spawn()

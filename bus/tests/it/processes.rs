@@ -1,24 +1,22 @@
 //! What only real processes can show: futexes and histograms across address spaces, SIGKILL, and what is left behind.
 #![expect(clippy::disallowed_methods, reason = "tests look at files and clocks")]
 
-mod common;
-
-use common::{Home, home_of_child};
-use model::Seat;
+use crate::home::{Home, home_of_child};
+use model::{Metric, RobotIndex, RobotInstance, TaskId};
 use protocol::operator_to_daemon::{Reply, Request};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::Odometry;
 use shoal_bus::{
-    Counter, FrameSubscriber, Gate, Metric, Node, OperatorClient, OperatorServer, Poses, RobotReader, RobotWriter,
-    Services, Sizes, StatsWriter, Strips, TickWait, WorldReader, WorldWriter, clean, clock, stats,
+    Counter, FrameSubscriber, Gate, Node, OperatorClient, OperatorServer, Poses, RobotReader, RobotWriter, Services,
+    Sizes, StatsWriter, Strips, TickWait, WorldReader, WorldWriter, clean, clock, stats,
 };
 use std::time::{Duration, Instant};
 
 const SIZES: Sizes = Sizes { max_robots: 6, shape_pieces: 2 };
 const TIMEOUT: Duration = Duration::from_secs(20);
 
-fn seat(slot: u32, incarnation: u32) -> Seat {
-    Seat { slot, incarnation }
+fn instance(slot: u32, incarnation: u32) -> RobotInstance {
+    RobotInstance { index: RobotIndex(slot), incarnation }
 }
 
 fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
@@ -42,13 +40,17 @@ fn role_agent() {
     let gate = Gate::open(&address).unwrap();
     let node = Node::new(&address, "agent").unwrap();
     // The first slot whose board does not exist is ours.
-    let claim = |seat| Some((seat, RobotWriter::create(&node, seat, SIZES, Poses::LastTwo).ok()?));
-    let (seat, mut robot) = (0..3).map(|slot| seat(slot, 0)).find_map(claim).unwrap();
-    let world = WorldReader::open(&node, seat.slot).unwrap();
-    let mut stats =
-        StatsWriter::create(&address, &format!("{}-{}", seat.slot, seat.incarnation), &[Metric::Wake], Strips::NONE)
-            .unwrap();
-    gate.announce_ready(seat);
+    let claim = |instance| Some((instance, RobotWriter::create(&node, instance, SIZES, Poses::LastTwo).ok()?));
+    let (instance, mut robot) = (0..3).map(|slot| instance(slot, 0)).find_map(claim).unwrap();
+    let world = WorldReader::open(&node, instance.index).unwrap();
+    let mut stats = StatsWriter::create(
+        &address,
+        &format!("{}-{}", instance.index, instance.incarnation),
+        &[Metric::Wake],
+        Strips::NONE,
+    )
+    .unwrap();
+    gate.announce_ready(instance);
     let mut last = None;
     loop {
         match gate.wait_tick(last, TIMEOUT) {
@@ -60,11 +62,11 @@ fn role_agent() {
                 assert_eq!(odometry.tick, tick);
                 robot.command(Command {
                     tick,
-                    incarnation: seat.incarnation,
+                    incarnation: instance.incarnation,
                     first: odometry.x_m,
                     ..Command::default()
                 });
-                gate.answer(seat, tick);
+                gate.answer(instance, tick);
             }
             TickWait::Stopped => return,
             TickWait::TimedOut => panic!("no tick after {last:?}"),
@@ -82,14 +84,14 @@ fn a_fleet_of_processes_survives_a_kill() {
     let gate = Gate::create(&home.0, SIZES.max_robots).unwrap();
     let mut world = WorldWriter::open(&daemon, SIZES).unwrap();
     let mut agents: Vec<_> = (0..3).map(|_| home.spawn("role_agent")).collect();
-    // Which process has which seat does not matter.
-    let mut alive: Vec<Seat> = (0..3).map(|slot| seat(slot, 0)).collect();
-    wait_until("three agents are ready", || alive.iter().all(|&seat| gate.is_ready(seat)));
-    let boards: Vec<_> = alive.iter().map(|&seat| RobotReader::open(&daemon, seat).unwrap()).collect();
+    // Which process has which instance does not matter.
+    let mut alive: Vec<RobotInstance> = (0..3).map(|slot| instance(slot, 0)).collect();
+    wait_until("three agents are ready", || alive.iter().all(|&instance| gate.is_ready(instance)));
+    let boards: Vec<_> = alive.iter().map(|&instance| RobotReader::open(&daemon, instance).unwrap()).collect();
 
     for tick in 0..TICKS {
         for slot in 0..4 {
-            world.odometry(slot, Odometry { tick, x_m: tick as f64 * 0.5, ..Odometry::default() });
+            world.odometry(RobotIndex(slot), Odometry { tick, x_m: tick as f64 * 0.5, ..Odometry::default() });
         }
         if tick == KILL_AT {
             agents[0].kill();
@@ -98,13 +100,13 @@ fn a_fleet_of_processes_survives_a_kill() {
         let start = Instant::now();
         loop {
             gate.wait_answers(tick, Duration::from_millis(100));
-            if alive.iter().all(|&seat| gate.answered(seat, tick)) {
+            if alive.iter().all(|&instance| gate.answered(instance, tick)) {
                 break;
             }
             if tick == KILL_AT && alive.len() == 3 {
                 // Which one the killed process was: the one that does not answer.
                 if start.elapsed() > Duration::from_millis(300) {
-                    alive.retain(|&seat| gate.answered(seat, tick));
+                    alive.retain(|&instance| gate.answered(instance, tick));
                     assert_eq!(alive.len(), 2);
                 }
             }
@@ -139,10 +141,10 @@ fn a_fleet_of_processes_survives_a_kill() {
 fn role_idler() {
     let Some(address) = home_of_child() else { return };
     let node = Node::new(&address, "idler").unwrap();
-    let _world = WorldReader::open(&node, 0).unwrap();
-    let _robot = RobotWriter::create(&node, seat(5, std::process::id()), SIZES, Poses::Newest).unwrap();
+    let _world = WorldReader::open(&node, RobotIndex(0)).unwrap();
+    let _robot = RobotWriter::create(&node, instance(5, std::process::id()), SIZES, Poses::Newest).unwrap();
     let _frames = FrameSubscriber::open(&node).unwrap();
-    Gate::open(&address).unwrap().announce_ready(seat(5, 0));
+    Gate::open(&address).unwrap().announce_ready(instance(5, 0));
     std::thread::sleep(TIMEOUT);
 }
 
@@ -182,13 +184,13 @@ fn killed_operators_do_not_use_up_the_places() {
             asked.is_some()
         });
         operator.kill();
-        asked.unwrap().1.reply(&Reply::Tasked { task: 1 });
+        asked.unwrap().1.reply(&Reply::Tasked { id: TaskId(1) });
     }
     // A twenty-first finds a place, and an answer.
     let mut operator = home.spawn("role_operator");
     wait_until("the last operator is served", || {
         while let Some((_, responder)) = server.take() {
-            responder.reply(&Reply::Tasked { task: 1 });
+            responder.reply(&Reply::Tasked { id: TaskId(1) });
         }
         operator.0.try_wait().unwrap().is_some()
     });
@@ -203,7 +205,7 @@ fn an_abandoned_fleet_is_found_ended_and_removed() {
     let services = Services::create(&daemon, SIZES).unwrap();
     // Something of the fleet that still runs: it has its mark. It forks nobody who would look the same for a moment, and
     // waits for a line that never comes. Beside it, something that only names the root.
-    let mut orphan = common::Process(
+    let mut orphan = crate::home::Process(
         std::process::Command::new("sh")
             .args(["-c", "read -r line"])
             .env(clean::MARK, home.0.root())
@@ -212,7 +214,7 @@ fn an_abandoned_fleet_is_found_ended_and_removed() {
             .unwrap(),
     );
     let mut bystander =
-        common::Process(std::process::Command::new("tail").arg("-f").arg(home.0.file("sizes")).spawn().unwrap());
+        crate::home::Process(std::process::Command::new("tail").arg("-f").arg(home.0.file("sizes")).spawn().unwrap());
     let _silence = orphan.0.stdin.take();
     let entry = || clean::list_fleets().unwrap().into_iter().find(|entry| entry.address == home.0);
     wait_until("the orphan shows", || entry().unwrap().processes == [orphan.0.id()]);

@@ -1,18 +1,16 @@
 //! What a fleet takes: the computed need against what is really used, with every page touched. Large fleets on demand:
-//! `cargo test --release -p shoal-bus --test scale -- --ignored --nocapture`.
+//! `cargo test --release -p shoal-bus --test it -- --ignored --nocapture scale`.
 #![expect(clippy::disallowed_methods, reason = "tests look at clocks")]
 #![expect(clippy::print_stdout, reason = "the figures are what this is for")]
 
-mod common;
-
-use common::Home;
-use model::Seat;
+use crate::home::Home;
+use model::{Metric, RobotIndex, RobotInstance};
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use shoal_bus::{
-    FramePublisher, FrameSubscriber, Gate, Metric, Node, NoticeSender, Poses, RobotReader, RobotWriter, Services,
-    Sizes, StatsWriter, Strips, WorldReader, WorldWriter, clean,
+    FramePublisher, FrameSubscriber, Gate, Node, NoticeSender, Poses, RobotReader, RobotWriter, Services, Sizes,
+    StatsWriter, Strips, WorldReader, WorldWriter, clean,
 };
 use std::time::Instant;
 
@@ -42,22 +40,25 @@ fn check(max_robots: u32, shape_pieces: u32) {
     used("agents' nodes");
     let mut robots = Vec::new();
     for (slot, node) in nodes.iter().enumerate() {
-        let seat = Seat { slot: slot as u32, incarnation: 0 };
+        let instance = RobotInstance { index: RobotIndex::of(slot), incarnation: 0 };
         robots.push((
-            WorldReader::open(node, seat.slot).unwrap(),
-            RobotWriter::create(node, seat, sizes, Poses::LastTwo).unwrap(),
+            WorldReader::open(node, instance.index).unwrap(),
+            RobotWriter::create(node, instance, sizes, Poses::LastTwo).unwrap(),
         ));
     }
     lap("agents' boards");
     used("agents' boards");
-    let readers: Vec<_> =
-        (0..max_robots).map(|slot| RobotReader::open(&daemon, Seat { slot, incarnation: 0 }).unwrap()).collect();
+    let readers: Vec<_> = (0..max_robots)
+        .map(|slot| RobotReader::open(&daemon, RobotInstance { index: RobotIndex(slot), incarnation: 0 }).unwrap())
+        .collect();
     lap("world reads boards");
     // Everybody hears everybody: the worst that radio ranges can do.
     let mut heard = Vec::new();
     if max_robots <= 32 {
         for node in &nodes {
-            heard.extend((0..max_robots).map(|slot| RobotReader::open(node, Seat { slot, incarnation: 0 }).unwrap()));
+            heard.extend((0..max_robots).map(|slot| {
+                RobotReader::open(node, RobotInstance { index: RobotIndex(slot), incarnation: 0 }).unwrap()
+            }));
         }
     }
     lap("robots open all boards");
@@ -71,12 +72,12 @@ fn check(max_robots: u32, shape_pieces: u32) {
     used("statistics");
 
     // Touch everything: both cells of every entry, every frame, every byte of the rings.
-    let neighbors: Vec<NeighborRef> = (0..max_robots).map(|slot| NeighborRef { slot, incarnation: 0 }).collect();
+    let neighbors: Vec<NeighborRef> = (0..max_robots).map(|index| NeighborRef { index, incarnation: 0 }).collect();
     for _ in 0..2 {
-        for slot in 0..max_robots {
-            world.odometry(slot, Odometry::default());
-            world.neighbors(slot, &neighbors);
-            world.sensed(slot, &[0]);
+        for robot in (0..max_robots).map(RobotIndex) {
+            world.odometry(robot, Odometry::default());
+            world.neighbors(robot, &neighbors);
+            world.sensed(robot, &[0]);
         }
         (0..sizes.pieces()).for_each(|index| world.piece(index, Piece::default()));
     }
@@ -97,7 +98,7 @@ fn check(max_robots: u32, shape_pieces: u32) {
     lap("300 frames to 8");
     let mut notices = NoticeSender::open(&daemon).unwrap();
     while notices.flush() == 0 {
-        notices.send(&Notice::Left { seat: Seat { slot: 0, incarnation: 0 } });
+        notices.send(&Notice::Left { instance: RobotInstance { index: RobotIndex(0), incarnation: 0 } });
     }
     used("everything was touched");
     let used = clean::usage(&home.0);

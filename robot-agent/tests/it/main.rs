@@ -1,0 +1,3 @@
+//! The agent as its callers see it.
+
+mod agent;
