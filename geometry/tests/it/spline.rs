@@ -1,8 +1,8 @@
 //! Natural cubic splines: through their points, smooth, straight at the ends, and defined for points that coincide.
 
-use geometry::spline::{Spline, length};
 use model::random::Stream;
 use nalgebra::{Point2, Vector2};
+use shoal_geometry::spline::{Spline, length};
 
 #[test]
 fn it_goes_through_its_points_and_is_smooth() {

@@ -1,0 +1,5 @@
+//! Plane geometry: by example, and against brute force.
+
+mod arm;
+mod shapes;
+mod spline;
