@@ -148,9 +148,9 @@ fn typical_us(metric: Metric) -> f64 {
         Metric::PoseAge => 8200.0,
         Metric::Wake => 55.0,
         Metric::Plan => 3.25,
-        Metric::Step => 21.5,
         Metric::CommandAge => 10_100.0,
         Metric::Reaction => 18_900.0,
+        _ => 21.5,
     }
 }
 
