@@ -211,3 +211,140 @@ fn push(own: &Own, at: Point2<f64>, rho: f64, apart_rad: f64) -> Vector2<f64> {
     let sight = own.sight(at, apart_rad);
     -own.along(mu(C_A, sight.distance_m, rho), sight.theta)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planner::Obstacle;
+    use geometry::Capsule;
+    use model::Limits;
+
+    fn own(heading_rad: f64) -> Own {
+        Own { position: Point2::origin(), heading_rad, goal: Point2::new(3.0, 0.0), sgn_zero: false }
+    }
+
+    /// The pull of each experiment: max(d, 1), 4, max(d, 4), max(d, 3), d + 0.5.
+    #[test]
+    fn the_pull() {
+        for (d, expected) in [
+            (0.5, [1.0, 4.0, 4.0, 3.0, 1.0]),
+            (2.0, [2.0, 4.0, 4.0, 3.0, 2.5]),
+            (3.5, [3.5, 4.0, 4.0, 3.5, 4.0]),
+            (5.0, [5.0, 4.0, 5.0, 5.0, 5.5]),
+        ] {
+            let variants = [Variant::Lin, Variant::Const, Variant::Max4, Variant::Max3, Variant::H];
+            assert_eq!(variants.map(|variant| Params::of(variant).attraction(d)), expected, "{d} m");
+        }
+        let safety =
+            [Variant::Lin, Variant::Const, Variant::Max4, Variant::Max3, Variant::H].map(|v| Params::of(v).safety_m);
+        assert_eq!(safety, [0.07, 0.07, 0.07, 0.07, 0.1]);
+    }
+
+    /// μ of AMR-APF with C_a = 4, straight away, within 2ρ: 4 at ρ, 0.5625 at 4ρ/3.
+    #[test]
+    fn the_push() {
+        for (at, expected) in [
+            ([0.4, 0.0], [-4.0, 0.0]),
+            ([0.0, 0.4], [0.0, -4.0]),
+            ([-1.6 / 3.0, 0.0], [0.5625, 0.0]),
+            ([0.8, 0.0], [0.0, 0.0]),
+            ([0.9, 0.0], [0.0, 0.0]),
+        ] {
+            let found = push(&own(0.0), at.into(), 0.4, 0.0);
+            assert!((found - Vector2::from(expected)).norm() < 1e-9, "{at:?}: {found:?}");
+        }
+        // The body frame: what is to the right pushes to the left.
+        let found = push(&own(FRAC_PI_2), Point2::new(0.4, 0.0), 0.4, 0.0);
+        assert!((found - Vector2::new(0.0, 4.0)).norm() < 1e-9, "{found:?}");
+    }
+
+    /// Pull, pillars with ρ_o = 0.22 + 0.11 + 0.07 and robots with ρ_r = 2 · 0.22 + 0.07 add up.
+    #[test]
+    fn they_add_up() {
+        let discs = [[0.5, 0.2], [0.5, -0.3]].map(|at| Obstacle {
+            id: u32::from(at[1] > 0.0),
+            shape: Capsule::disc(at.into(), 0.11),
+            velocity: Vector2::zeros(),
+        });
+        let robots = [[0.0, 0.7], [-0.8, 0.0]].map(|at| Neighbor {
+            id: if at[1] > 0.0 { 1 } else { 2 },
+            position: at.into(),
+            yaw_rad: 0.0,
+            // Others are taken to be where they last said.
+            velocity: Vector2::new(1.0, 0.0),
+            radius_m: 0.22,
+            age_s: 0.1,
+            remaining_m: 9.0,
+            arrived: false,
+            stopped: false,
+        });
+        let input = PlanInput {
+            tick: 0,
+            dt_s: 0.1,
+            position: Point2::origin(),
+            yaw_rad: 0.4,
+            velocity: Vector2::zeros(),
+            radius_m: 0.22,
+            kind: BodyKind::Unicycle,
+            limits: Limits {
+                speed_mps_max: 0.2,
+                reverse_mps_max: 0.0,
+                turning_radius_m_min: 0.0,
+                turn_radps_max: 1.0,
+                accel_mps2_max: f64::INFINITY,
+                turn_accel_radps2_max: f64::INFINITY,
+            },
+            goal: Point2::new(3.0, 4.0),
+            goal_tolerance_m: 0.07,
+            goal_yaw_rad: None,
+            goal_yaw_tolerance_rad: 0.1,
+            arrived: false,
+            obstacles: &discs,
+            neighbors: &robots,
+            map: &discs,
+            arm: None,
+        };
+        let plan = Dapf::new(Params::of(Variant::Lin), Identity { seed: 1, robot: 0, incarnation: 0 }).plan(&input);
+        let away = |at: [f64; 2], rho: f64| {
+            let d = Vector2::from(at).norm();
+            -Vector2::from(at) / d * (16.0 * rho.powi(4) * (1.0 / d - 0.5 / rho).powi(2) / (d * d))
+        };
+        let expected =
+            away([0.5, 0.2], 0.4) + away([0.5, -0.3], 0.4) + away([0.0, 0.7], 0.51) + away([-0.8, 0.0], 0.51);
+        assert!((plan.attractive - Vector2::new(3.0, 4.0)).norm() < 1e-9, "{:?}", plan.attractive);
+        assert!((plan.repulsive - expected).norm() < 1e-9, "{:?} instead of {expected:?}", plan.repulsive);
+        assert!(!plan.stopped);
+    }
+
+    /// A robot with right of way nearer than ρ_r makes us wait; in `const` only one in front.
+    #[test]
+    fn who_is_waited_for() {
+        let robot = |at: [f64; 2], remaining_m: f64, arrived: bool| Neighbor {
+            id: 1,
+            position: at.into(),
+            yaw_rad: 0.0,
+            velocity: Vector2::zeros(),
+            radius_m: 0.2,
+            age_s: 0.0,
+            remaining_m,
+            arrived,
+            stopped: false,
+        };
+        for (it, slot, lin, constant) in [
+            (robot([0.49, 0.0], 3.1, false), 0, true, true),
+            (robot([-0.49, 0.0], 3.1, false), 0, true, false),
+            (robot([0.0, -0.49], 3.1, false), 0, true, false),
+            (robot([0.1, 0.48], 3.1, false), 0, true, true),
+            (robot([0.51, 0.0], 3.1, false), 0, false, false),
+            (robot([0.49, 0.0], 2.9, false), 0, false, false),
+            (robot([0.49, 0.0], 3.1, true), 0, false, false),
+            (robot([0.49, 0.0], 3.0, false), 0, false, false),
+            (robot([0.49, 0.0], 3.0, false), 2, true, true),
+        ] {
+            for (variant, waits) in [(Variant::Lin, lin), (Variant::Max3, lin), (Variant::Const, constant)] {
+                let dapf = Dapf::new(Params::of(variant), Identity { seed: 1, robot: slot, incarnation: 0 });
+                assert_eq!(dapf.waits_for(&own(0.0), &it, 0.5), waits, "{variant:?}, slot {slot}: {it:?}");
+            }
+        }
+    }
+}

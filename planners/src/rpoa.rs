@@ -16,6 +16,7 @@
 //! | α_T   | `alpha_target` |      | 1.0     | approaches a target beside an obstacle more boldly          |
 //! | μ_T   | `mu_target`    | 1/m² | 1.0     | the target pulls against hills from less far                |
 //! | λ     | `lambda`       |      | 0       | modified rule: shyer; 0 is the basic rule                   |
+//! |       | `nearer_only`  |      | off     |                                                             |
 //! |       | `angles`       |      | random  |                                                             |
 //! |       | `guard`        |      | on      |                                                             |
 //! |       | `d_safe`       | m    | 0.15    | the guard keeps further away                                |
@@ -31,7 +32,7 @@
 //!   the rule comes to this by itself, but the target's Gaussian underflows to 0 beyond 27 m.
 //! - If no particle lowers the cost, the one that raises it least is taken.
 //! - The paper can be read to ask that a particle also comes nearer to the target. Met head-on, an obstacle leaves
-//!   almost no such particle; only the cost is asked.
+//!   almost no such particle; only the cost is asked, unless `nearer_only`.
 //! - The clearance guard, not in the paper: particles within `d_safe` of a sensed surface are passed over unless they
 //!   gain clearance. Without it the sum of the hills can fall while one of them is climbed, through an obstacle. A
 //!   unicycle, which turns towards its particle while it drives, only turns if its course would be passed over so.
@@ -106,6 +107,9 @@ crate::params! {
         /// Weight λ of the cost in the modified rule, which takes the smallest e_D + λ e_J. Larger: shyer; 0: the basic
         /// rule.
         lambda: f64 = 0.0, "", 0.0..=1e6;
+        /// Take only particles that are nearer to the target than the robot is (e_D < 0), as the paper's text can be read: then
+        /// it hardly gets round an obstacle that it meets head-on.
+        nearer_only: bool = false, "";
         /// Random particles, or equal parts of the circle for repeatable examples.
         angles: Angles = Angles::Random, "";
         /// Reject particles that are too near to a surface. Not in the paper.
@@ -231,7 +235,7 @@ impl Rpoa {
 
     /// Draws particles round the robot and takes one.
     pub fn choose(&mut self, position: Point2<f64>, target: Point2<f64>) -> Step {
-        let Params { particles, step_radius, lambda, .. } = self.params;
+        let Params { particles, step_radius, lambda, nearer_only, .. } = self.params;
         let to_target = (target - position).norm();
         let radius = step_radius.min(to_target);
         let clearance_now = self.sensed.measure(position);
@@ -250,7 +254,7 @@ impl Rpoa {
             }
             let clearance = self.sensed.measure(theta);
             clear.improve(candidate(-clearance));
-            if self.too_near(clearance, clearance_now) {
+            if self.too_near(clearance, clearance_now) || (nearer_only && e_d >= 0.0) {
                 continue;
             }
             let e_j = self.cost_of_measured(theta, target) - cost_now;

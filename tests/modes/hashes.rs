@@ -48,6 +48,22 @@ fn with_everything_that_the_timeline_can_do() {
     }
 }
 
+/// The default of `amr-apf`, which draws its detours at random; as processes it brings all home without a contact too.
+#[test]
+fn with_the_default_of_amr_apf() {
+    let settings = ["preset=\"fleet\"", "margin_m=0", "safety_m=0.07", "pillar_gaps=\"midpoint\"", "sticky_stop=false"]
+        .map(|setting| format!(" --set planners.amr-apf.{setting}"))
+        .concat();
+    for scenario in ["amr-case1", "amr-case1 --robots 9", "amr-case2-01", "amr-case2-04"] {
+        let run = |mode| report(&format!("{scenario} --mode {mode}{settings}"));
+        let (single, lockstep) = (run("single"), run("lockstep"));
+        assert_eq!(single["trajectory_hash"], lockstep["trajectory_hash"], "{scenario}");
+        let outcome = &lockstep["outcome"];
+        assert_eq!(outcome["arrived"], lockstep["robots"], "{scenario}: {outcome:#}");
+        assert_eq!((&outcome["robot_contacts"], &outcome["obstacle_contacts"]), (&0.into(), &0.into()), "{scenario}");
+    }
+}
+
 /// Where processes run, and which of them goes first, changes nothing that comes out.
 #[test]
 fn with_processors_and_classes_from_the_scenario() {

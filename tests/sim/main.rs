@@ -1,5 +1,6 @@
 //! Whole fleets in one thread: the cores, and nothing but the cores.
 
+mod amr_apf;
 mod bodies;
 mod catalog;
 mod crowds;

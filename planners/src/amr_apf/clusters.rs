@@ -1,6 +1,6 @@
 //! Additional force B of AMR-APF, Eq. 10: a virtual obstacle around a crowd, so that a robot goes round it.
 
-use super::field::{Own, mu, mu_uncut, wrap};
+use super::field::{Own, wrap};
 use super::{Circle, ClusterRule, Params, Which};
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -201,6 +201,7 @@ fn judge(params: &Params, own: &Own, radius_m: f64, group: &[Member], hull: &mut
 
 /// Step 6: the force of the virtual obstacle around a crowd.
 pub fn force(params: &Params, own: &Own, center: Point2<f64>, rho: f64, near: bool) -> Vector2<f64> {
+    let rho = params.zone(rho);
     let sight = own.sight(center, own.heading_rad);
     let (d, theta) = (sight.distance_m, sight.theta);
     match params.cluster_rule {
@@ -209,14 +210,14 @@ pub fn force(params: &Params, own: &Own, center: Point2<f64>, rho: f64, near: bo
                 return Vector2::zeros();
             }
             let turned = theta + own.side(&sight, params.phi_r_deg.to_radians()) * FRAC_PI_2;
-            own.along(mu(params.c_a, d, rho) + 3.0, turned)
+            own.along(params.push(d, rho) + 3.0, turned)
         }
         ClusterRule::Oblique | ClusterRule::ObliqueUncut => {
             let cut = params.cluster_rule == ClusterRule::Oblique;
             if cut && d >= 2.0 * rho {
                 return Vector2::zeros();
             }
-            let size = mu_uncut(params.c_a, d, rho);
+            let size = params.push_uncut(d, rho);
             let inner = if cut { 0.8 * rho } else { rho };
             if sight.gamma <= 36f64.to_radians() || d <= inner {
                 return own.along(size + 2.0, theta + PI);

@@ -84,12 +84,43 @@ pub fn mu(c_a: f64, d: f64, rho: f64) -> f64 {
 
 /// μ as it stands, also beyond 2ρ, where it grows again.
 pub(crate) fn mu_uncut(c_a: f64, d: f64, rho: f64) -> f64 {
-    let d = d.max(NEARNESS_MIN * rho).max(f64::MIN_POSITIVE);
-    let x = rho / d;
+    let x = nearness(d, rho);
     c_a * (x * (2.0 * x - 1.0)).powi(2)
 }
 
+/// ρ/d, within bounds.
+fn nearness(d: f64, rho: f64) -> f64 {
+    rho / d.max(NEARNESS_MIN * rho).max(f64::MIN_POSITIVE)
+}
+
+impl Params {
+    /// ρ as the forces count it: they reach to twice this, which is `reach` times the sum of radii and safety distance.
+    pub(crate) fn zone(&self, rho: f64) -> f64 {
+        rho * self.reach / 2.0
+    }
+
+    /// The push of Eq. 2 within a zone, zero outside.
+    pub fn push(&self, d: f64, rho: f64) -> f64 {
+        if d < 2.0 * rho { self.push_uncut(d, rho) } else { 0.0 }
+    }
+
+    /// The push as it stands, also outside. With the first power of the bracket it is the classical one, of which the
+    /// potential is a square.
+    pub(crate) fn push_uncut(&self, d: f64, rho: f64) -> f64 {
+        if self.bracket_power == 2 {
+            return mu_uncut(self.c_a, d, rho);
+        }
+        let x = nearness(d, rho);
+        self.c_a * x * x * (2.0 * x - 1.0)
+    }
+}
+
 impl Own {
+    /// A push of this size straight away from what is seen so.
+    pub(crate) fn away(&self, size: f64, sight: &Sight) -> Vector2<f64> {
+        -self.along(size, sight.theta)
+    }
+
     /// How the robot sees a thing at `at`.
     pub fn sight(&self, at: Point2<f64>, apart_rad: f64) -> Sight {
         let theta = bearing(self.position, at, apart_rad);
@@ -145,13 +176,14 @@ pub fn attraction(params: &Params, own: &Own) -> Vector2<f64> {
 /// Eqs. 2-4: FO_ij of an obstacle with precaution radius ρ. `uncut` keeps the tangential part beyond 2ρ, which the
 /// reference does for one kind of virtual obstacle.
 pub fn obstacle(params: &Params, own: &Own, at: Point2<f64>, rho: f64, apart_rad: f64, uncut: bool) -> Vector2<f64> {
+    let rho = params.zone(rho);
     if !uncut && (at - own.position).norm_squared() >= (2.0 * rho).powi(2) {
         return Vector2::zeros();
     }
     let sight = own.sight(at, apart_rad);
     let Sight { distance_m: d, theta, .. } = sight;
-    let size = mu(params.c_a, d, rho);
-    let radial = -own.along(size, theta);
+    let size = params.push(d, rho);
+    let radial = own.away(size, &sight);
     let acts = match params.obstacle_rule {
         Rule::Rings => {
             let in_ring = d > rho && (d < 1.5 * rho || sight.psi.abs() < FRAC_PI_2);
@@ -168,7 +200,7 @@ pub fn obstacle(params: &Params, own: &Own, at: Point2<f64>, rho: f64, apart_rad
 
 /// Eqs. 6-7: FR_ij of another robot, and whether it makes us wait.
 pub fn robot(params: &Params, own: &Own, other: &Other) -> Meeting {
-    let rho = other.rho_m;
+    let rho = params.zone(other.rho_m);
     let none = Meeting { force: Vector2::zeros(), front_stop: false, yields: false };
     if (other.position - own.position).norm_squared() >= (2.0 * rho).powi(2) {
         return none;
@@ -177,8 +209,8 @@ pub fn robot(params: &Params, own: &Own, other: &Other) -> Meeting {
     let Sight { distance_m: d, theta, psi, .. } = sight;
     // a_ij = -ψ: how we see the other; a_ji: how it sees us.
     let (a_ij, a_ji) = (-psi, wrap(theta - PI - other.heading_rad));
-    let size = mu(params.c_a, d, rho);
-    let radial = -own.along(size, theta);
+    let size = params.push(d, rho);
+    let radial = own.away(size, &sight);
     let phi_r = params.phi_r_deg.to_radians();
     match params.robot_rule {
         Rule::HalfPlane => {

@@ -5,8 +5,8 @@
 //! doi 10.1109/ECMR65884.2025.11163011. Equation numbers are those of the former.
 //!
 //! Where things are: the forces of Eqs. 1-8 in [`field`], crowds (Eq. 10) in [`clusters`], from force to command in
-//! [`speed`], parameters and presets in [`Params`], one control cycle (Eq. 11) here. The baseline is
-//! [`dapf`](crate::dapf).
+//! [`speed`], parameters and presets in [`Params`], one control cycle (Eq. 11) here; what the paper lacks in `brake` and
+//! `detour`. The baseline is [`dapf`](crate::dapf).
 //!
 //! | paper         | here             | unit | default | larger means                                              |
 //! |---------------|------------------|------|---------|-----------------------------------------------------------|
@@ -20,17 +20,34 @@
 //! |               | `c_g`            | 2ρ_r | 2.5     | stops looking for crowds farther from the goal            |
 //! | 2nd parameter | `c_adj`          | ρ_r  | 2.2     | takes looser groups for a crowd                           |
 //! |               | `margin_m`       | m    | 0       | r_rob larger than the body: wider around robots           |
-//! |               | `preset`         |      | fixed   |                                                           |
+//! | Eq. 2         | `reach`, `bracket_power` |  | 2, 2 | feels things sooner; a softer edge                   |
+//! |               | `keep_m`         | m    | 0.02    | stops farther from everything                             |
+//! |               | `patience_s`     | s    | 4       | waits longer where it is stuck                            |
+//! |               | `detour_s`       | s    | 2       | drives aside for longer                                   |
+//! |               | `preset`         |      | fleet   |                                                           |
 //!
 //! The paper leaves most numbers open; they are those of the authors' programs, of which there are three: `c1` (the
 //! one behind the paper's first experiment), `p` (nearest to the paper's text) and `h` (the later, simpler one). The
-//! preset sets every parameter that is not given. `fixed` is `p` with what we hold to be oversights put right:
+//! preset sets every parameter that is not given. `fleet`, the default, is `fixed` with two things that the paper lacks:
+//! - Brakes (`keep_m`): a robot drives no faster towards a thing than it can stop before it. Two robots that both have them
+//!   do not touch, whatever the forces are; a body that must drive to turn (a turning radius) cannot promise it.
+//! - Detours (`patience_s`, `detour_s`): a robot that comes no nearer to its goal drives aside for a while, at random.
+//!
+//! With these, fleets are home sooner without crowds (`clusters`) and `follow_stop`, and with `side` by the heading offsets
+//! of `c1`, so that is how the default has them.
+//!
+//! `fixed` is `p` with what we hold to be oversights put right:
 //! - sgn(0) is +1: a robot that faces an obstacle exactly turns left instead of driving into it (all presets, unless
 //!   `sgn_zero`).
 //! - "Stopped" is told only while it is true (`sticky_stop` off), and a crowd holds a robot for a limited time.
 //! - All crowds act, each by the smallest circle around it; the rectangle of `p` is ill-defined for triangles.
 //! - Nobody creeps towards something near ahead, and nobody turns beyond the direction of the force (`guarded`).
 //! - Of two robots equally far from their goals the lower slot has right of way.
+//!
+//! `text` is `fixed` with the equations as the paper's text can be read, where the programs do something else: Eq. 2 cut
+//! off at ρ and in the classical form, the sideways force as large as the push, Eq. 9 as a circle over both zones. It is
+//! there to be compared: robots touch almost everywhere. Each reading is a parameter of its own (`traps` and
+//! `pillar_gaps` know another one, `half`).
 //!
 //! Differs from the programs in every preset:
 //! - Radii and the speed limit are those of the bodies, not constants; turn rates grow with the speed limit, and are the
@@ -40,13 +57,17 @@
 //!   obstacle for a while (`stale_s`, `drop_s`).
 //! - A point robot drives as a unicycle whose heading the method remembers.
 //!
-//! Known limits: the tangential force jumps at the edge of its zone; there is no guard against contact; right of way
-//! needs [`Neighbor::remaining_m`].
+//! Known limits: the tangential force jumps at the edge of its zone; nothing but the default guards against contact, and it
+//! cannot flee from what drives into it; right of way needs [`Neighbor::remaining_m`].
 
+mod brake;
 pub mod clusters;
+mod detour;
 pub mod field;
 mod params;
 pub mod speed;
+#[cfg(test)]
+mod tests;
 pub(crate) mod unicycle;
 
 pub use params::{Circle, ClusterRule, Params, PillarGaps, Preset, Rule, Side, SpeedRule, Traps, Which};
@@ -54,7 +75,9 @@ pub use params::{Circle, ClusterRule, Params, PillarGaps, Preset, Rule, Side, Sp
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
+use brake::{Near, brake};
 use clusters::{Member, Scratch};
+use detour::Detour;
 use field::{Other, Own};
 use geometry::wrap;
 use model::{BodyKind, Drive, ParamValues, PlanState};
@@ -82,7 +105,6 @@ pub static METHOD: Method = Method {
 };
 
 /// The method at work for one robot.
-#[derive(Clone, Debug)]
 pub struct AmrApf {
     params: Params,
     /// Own slot: settles ties of right of way, and who goes where when centres coincide.
@@ -98,6 +120,8 @@ pub struct AmrApf {
     ignore_s: f64,
     scratch: Scratch,
     discs: Vec<(Point2<f64>, f64)>,
+    near: Vec<Near>,
+    detour: Detour,
 }
 
 fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
@@ -130,6 +154,8 @@ pub fn trap(
     let (acts, rho_m) = match params.traps {
         Traps::Off => (false, 0.0),
         Traps::Parked => ((apart - rho_r).abs() < rho_o, rho_r / 1.5),
+        Traps::Cover => (apart < reach, (apart + reach) / 2.0),
+        Traps::Half => (apart < reach, apart / 2.0 + reach / 4.0),
         Traps::Obstacle => (0.75 * reach < apart && apart < reach, radius_m + apart / 3.0 + params.safety_m),
     };
     let center = nalgebra::center(&robot, &pillar);
@@ -143,10 +169,12 @@ pub fn pillar_gap(params: &Params, apart_m: f64, rho_mean_m: f64) -> Option<f64>
         // Below ρ the gap counts as closed already.
         PillarGaps::Midpoint => (rho_mean_m < apart_m && apart_m < 1.65 * rho_mean_m).then_some(rho_mean_m),
         PillarGaps::Cover => (apart_m < 2.0 * rho_mean_m).then_some(apart_m / 2.0 + rho_mean_m),
+        PillarGaps::Half => (apart_m < 2.0 * rho_mean_m).then_some(apart_m / 2.0 + rho_mean_m / 2.0),
     }
 }
 
 /// What is summed up over the things around.
+#[derive(Default)]
 struct Sum {
     obstacles: Vector2<f64>,
     robots: Vector2<f64>,
@@ -163,22 +191,32 @@ impl Planner for AmrApf {
         if self.goal != Some(input.goal) {
             self.goal = Some(input.goal);
             self.stuck_flag = false;
+            self.detour.another_goal();
         }
         if input.arrived {
             return Plan { stopped: true, ..Plan::only(Drive::stop(input.kind)) };
         }
         let own = unicycle::own(input, self.heading_rad, self.params.sgn_zero);
-        let mut sum = self.sum(input, &own);
-        let crowds = self.crowds(input, &own, sum.near);
-        if self.held_by(crowds.stop, input.dt_s) {
-            self.stuck_flag = true;
-            return Plan { stopped: true, ..Plan::only(Drive::stop(input.kind)) };
+        let aside = self.detour.step(&self.params, input);
+        let mut sum = if aside.is_some() { self.pushes(input, &own) } else { self.sum(input, &own) };
+        let mut crowds = clusters::Crowds { force: Vector2::zeros(), stop: false };
+        if aside.is_none() {
+            crowds = self.crowds(input, &own, sum.near);
+            if self.held_by(crowds.stop, input.dt_s) {
+                self.stuck_flag = true;
+                return Plan { stopped: true, ..Plan::only(Drive::stop(input.kind)) };
+            }
         }
         sum.robots = self.settle(sum.robots);
         // Eq. 11, in the order in which the reference adds.
-        let attraction = self.settle(field::attraction(&self.params, &own));
+        let pull = field::attraction(&self.params, &own);
+        let attraction = self.settle(aside.map_or(pull, |aside_rad| Rotation2::new(aside_rad) * pull));
         let force = attraction + self.settle(sum.obstacles) + (sum.robots + crowds.force);
-        let twist = self.command(force, &sum, input);
+        let mut twist = self.command(force, &sum, input);
+        if self.params.keep_m > 0.0 {
+            self.look(input, &own);
+            twist = brake(twist, &self.near, self.params.keep_m, input);
+        }
         self.stuck_flag |= sum.yields;
         let heading = Rotation2::new(own.heading_rad);
         Plan {
@@ -204,14 +242,14 @@ impl AmrApf {
             ignore_s: 0.0,
             scratch: Scratch::default(),
             discs: Vec::new(),
+            near: Vec::new(),
+            detour: Detour::new(identity),
         }
     }
 
     /// The obstacles and the robots, real and virtual (Eqs. 5, 8 and 9).
     fn sum(&mut self, input: &PlanInput<'_>, own: &Own) -> Sum {
-        let zero = Vector2::zeros();
-        let mut sum =
-            Sum { obstacles: zero, robots: zero, front_stop: false, yields: false, near: false, blocked: false };
+        let mut sum = Sum::default();
         for obstacle in nearest_by_id(input.obstacles, own.position) {
             self.add_obstacle(&mut sum, input, own, &obstacle);
         }
@@ -230,9 +268,46 @@ impl AmrApf {
         sum
     }
 
+    /// The same during a detour: only what is real, and only straight away from it.
+    fn pushes(&self, input: &PlanInput<'_>, own: &Own) -> Sum {
+        let mut sum = Sum::default();
+        let push = |at: Point2<f64>, rho: f64, apart_rad: f64| {
+            let sight = own.sight(at, apart_rad);
+            own.away(self.params.push(sight.distance_m, self.params.zone(rho)), &sight)
+        };
+        for obstacle in nearest_by_id(input.obstacles, own.position) {
+            let at = obstacle.shape.nearest_core(own.position);
+            sum.obstacles += push(at, self.rho_o(input, &obstacle), own.heading_rad);
+        }
+        for other in input.neighbors.iter().filter_map(|neighbor| self.other(neighbor, input)) {
+            sum.robots += push(other.position, other.rho_m, other.apart_rad);
+        }
+        sum
+    }
+
+    /// Collects what is there to brake for.
+    fn look(&mut self, input: &PlanInput<'_>, own: &Own) {
+        let mut near = std::mem::take(&mut self.near);
+        near.clear();
+        for obstacle in nearest_by_id(input.obstacles, own.position) {
+            let at = obstacle.shape.nearest_core(own.position);
+            let clear_m = (at - own.position).norm() - obstacle.shape.radius - input.radius_m;
+            near.push(Near::thing(own, at, clear_m, obstacle.velocity));
+        }
+        for neighbor in input.neighbors {
+            let Some(other) = self.other(neighbor, input) else { continue };
+            let clear_m = (other.position - own.position).norm() - neighbor.radius_m - input.radius_m;
+            near.push(match neighbor.arrived {
+                true => Near::thing(own, other.position, clear_m, Vector2::zeros()),
+                false => Near::robot(own, other.position, clear_m),
+            });
+        }
+        self.near = near;
+    }
+
     fn add_obstacle(&self, sum: &mut Sum, input: &PlanInput<'_>, own: &Own, obstacle: &Obstacle) {
         let at = obstacle.shape.nearest_core(own.position);
-        let rho = self.radius_m(input) + obstacle.shape.radius + self.params.safety_m;
+        let rho = self.rho_o(input, obstacle);
         let apart = own.heading_rad;
         sum.obstacles += self.settle(field::obstacle(&self.params, own, at, rho, apart, false));
         let distance = (at - own.position).norm();
@@ -407,6 +482,11 @@ impl AmrApf {
     /// r_rob of the robot itself.
     fn radius_m(&self, input: &PlanInput<'_>) -> f64 {
         input.radius_m + self.params.margin_m
+    }
+
+    /// ρ_o of an obstacle.
+    fn rho_o(&self, input: &PlanInput<'_>, obstacle: &Obstacle) -> f64 {
+        self.radius_m(input) + obstacle.shape.radius + self.params.safety_m
     }
 
     fn settle(&self, force: Vector2<f64>) -> Vector2<f64> {

@@ -6,8 +6,12 @@ use model::ParamValues;
 crate::choice! {
     /// Where the parameters start from.
     pub enum Preset {
+        /// `fixed` with what the paper lacks, brakes and a way out of standstill, and without what they make needless.
+        Fleet = "fleet",
         /// `p` with its oversights put right.
         Fixed = "fixed",
+        /// `fixed` with the equations as the paper's text has them, as far as it can be read.
+        Text = "text",
         /// The program of the paper's first experiment.
         C1 = "c1",
         /// The program nearest to the paper's text.
@@ -46,6 +50,10 @@ crate::choice! {
         Parked = "parked",
         /// An obstacle of a third of the gap.
         Obstacle = "obstacle",
+        /// A circle that covers both zones, if the zones meet: (d + ρ_r + ρ_o) / 2.
+        Cover = "cover",
+        /// A circle that reaches half as far beyond the two: d / 2 + (ρ_r + ρ_o) / 4.
+        Half = "half",
     }
 }
 
@@ -56,8 +64,10 @@ crate::choice! {
         Off = "off",
         /// A pillar of the same size, if the gap is open but too narrow.
         Midpoint = "midpoint",
-        /// A circle that covers both zones, if the zones meet.
+        /// A circle that covers both zones, if the zones meet: (d + ρ_1 + ρ_2) / 2.
         Cover = "cover",
+        /// A circle that reaches half as far beyond the two: d / 2 + (ρ_1 + ρ_2) / 4.
+        Half = "half",
     }
 }
 
@@ -110,10 +120,10 @@ crate::choice! {
 }
 
 crate::params! {
-    /// Parameters that a scenario can set. Values that are not given are those of the preset; the table shows `fixed`.
+    /// Parameters that a scenario can set. Values that are not given are those of the preset; the table shows `fleet`.
     pub struct Params {
         /// Preset of all values that are not given.
-        preset: Preset = Preset::Fixed, "";
+        preset: Preset = Preset::Fleet, "";
         /// Size of the pull C_a. Larger: all forces larger; only their ratio to the k counts.
         c_a: f64 = 4.0, "", 0.1..=100.0;
         /// The pull is doubled nearer than this to the goal. Larger: hurries sooner.
@@ -123,6 +133,10 @@ crate::params! {
         /// Added to the radius of every robot, own and others, for bodies that are not round. Larger: wider around
         /// robots than around obstacles.
         margin_m: f64 = 0.0, "m", 0.0..=10.0;
+        /// Where every zone ends: 2 as in the programs, 1 as the paper's text has it. The push is C_a at half of it.
+        reach: f64 = 2.0, "ρ", 0.1..=10.0;
+        /// Power of the bracket of Eq. 2: 2 as in the programs, 1 as in the classical field. Larger: softer at the edge.
+        bracket_power: u32 = 2, "", 1..=2;
         /// When obstacles push to the side.
         obstacle_rule: Rule = Rule::Rings, "";
         /// When robots push to the side.
@@ -142,11 +156,11 @@ crate::params! {
         /// Whether a robot that stopped on purpose keeps its right of way.
         stopped_keeps_way: bool = false, "";
         /// Which robot changes sides when two would turn into each other.
-        side: Side = Side::RightOfWay, "";
+        side: Side = Side::Offsets, "";
         /// A robot nearer than ρ_r within this angle ahead stops us. Larger: stops more often.
         front_half_angle_deg: f64 = 45.0, "°", 0.0..=180.0;
         /// Whether to wait behind a robot that goes the same way and has right of way.
-        follow_stop: bool = true, "";
+        follow_stop: bool = false, "";
         /// Whether a robot that leaves in front of us stops pushing.
         yield_without_force: bool = false, "";
         /// What stands between a parked robot and a pillar that close a gap together.
@@ -154,7 +168,7 @@ crate::params! {
         /// What stands between two pillars that close a gap.
         pillar_gaps: PillarGaps = PillarGaps::Midpoint, "";
         /// Which crowds act.
-        clusters: Which = Which::All, "";
+        clusters: Which = Which::Off, "";
         /// The circle around a crowd.
         circle: Circle = Circle::Enclosing, "";
         /// How a crowd acts.
@@ -181,6 +195,14 @@ crate::params! {
         creep: f64 = 0.25, "v_max", 0.0..=1.0;
         /// Do not creep towards what is near ahead, nor turn beyond the direction of the force in one tick.
         guarded: bool = true, "";
+        /// Drive no faster towards a thing than lets the robot stop this far from its surface; 0 does not brake. Larger:
+        /// keeps clear of more.
+        keep_m: f64 = 0.02, "m", 0.0..=10.0;
+        /// A robot that has come no nearer to its goal for this long makes a detour; 0: never. Larger: waits longer where it
+        /// is stuck.
+        patience_s: f64 = 4.0, "s", 0.0..=1e6;
+        /// How long the first detour takes, on average. Larger: comes out of deeper traps sooner, wastes more elsewhere.
+        detour_s: f64 = 2.0, "s", 0.0..=1e6;
         /// Once stopped on purpose, tell so for good (until there is another goal).
         sticky_stop: bool = false, "";
         /// Age up to which a robot is taken to have kept its course. Larger: trusts the course longer.
@@ -197,13 +219,22 @@ crate::params! {
 impl Params {
     /// The preset named in `values`, with the other values on top.
     pub fn of_values(values: &ParamValues) -> Params {
-        let preset = Params::preset.given(values).unwrap_or(Preset::Fixed);
+        let preset = Params::preset.given(values).unwrap_or(Preset::Fleet);
         Params::of(preset).with(values)
     }
 
     /// The values of a preset.
     pub fn of(preset: Preset) -> Params {
-        let fixed = Params::default();
+        let fleet = Params::default();
+        let fixed = Params {
+            preset: Preset::Fixed,
+            side: Side::RightOfWay,
+            follow_stop: true,
+            clusters: Which::All,
+            keep_m: 0.0,
+            patience_s: 0.0,
+            ..fleet
+        };
         let p = Params {
             preset: Preset::P,
             pillar_gaps: PillarGaps::Off,
@@ -215,7 +246,21 @@ impl Params {
             ..fixed
         };
         match preset {
+            Preset::Fleet => fleet,
             Preset::Fixed => fixed,
+            // Sideways as hard as back, wherever a thing is in the way; Eq. 9 as a circle over both zones.
+            Preset::Text => Params {
+                preset,
+                reach: 1.0,
+                bracket_power: 1,
+                obstacle_rule: Rule::HalfPlane,
+                k_o: 0.0,
+                k_r_far: 0.0,
+                k_r_near: 0.0,
+                traps: Traps::Cover,
+                pillar_gaps: PillarGaps::Cover,
+                ..fixed
+            },
             Preset::P => p,
             Preset::C1 => Params {
                 preset,

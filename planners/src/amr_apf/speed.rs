@@ -102,3 +102,121 @@ impl SpeedLaw {
         Twist { speed_mps: v, turn_radps: w }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::amr_apf::{Params, Preset};
+    use crate::dapf::{self, Variant};
+
+    const BODY: Body = Body { c_a: 4.0, speed_mps_max: 0.2, dt_s: 0.1, blocked: false, sgn_zero: false };
+
+    #[track_caller]
+    fn check(law: &SpeedLaw, force: [f64; 2], body: &Body, expected: [f64; 2]) {
+        let Twist { speed_mps, turn_radps } = law.twist(force.into(), body);
+        let off = (speed_mps - expected[0]).hypot(turn_radps - expected[1]);
+        assert!(off < 1e-9, "{force:?}: ({speed_mps}, {turn_radps}) instead of {expected:?}");
+    }
+
+    /// v = v_max (F_r / C_a)², nothing backwards; w = 5 F_t / C_a; both within their limits.
+    #[test]
+    fn by_the_square() {
+        for preset in [Preset::Fixed, Preset::Fleet] {
+            check(&Params::of(preset).speed_law(), [2.0, 0.4], &BODY, [0.05, 0.5]);
+        }
+        for preset in [Preset::P, Preset::H] {
+            let law = Params::of(preset).speed_law();
+            check(&law, [2.0, 0.4], &BODY, [0.05, 0.5]);
+            check(&law, [4.0, -0.4], &BODY, [0.2, -0.5]);
+            check(&law, [8.0, 0.4], &BODY, [0.2, 0.5]);
+            check(&law, [1.0, 4.0], &BODY, [0.0125, 1.0]);
+            check(&law, [1.0, -4.0], &BODY, [0.0125, -1.0]);
+            check(&law, [-4.0, 0.4], &BODY, [0.0, 0.5]);
+        }
+    }
+
+    /// C1: v_max ((F_r/4)² + F_r/16) + 0.05, w = 3 F_t/4. The baselines: the same with 2 or 1; with 3 and without the
+    /// linear part; with 5.
+    #[test]
+    fn lifted() {
+        check(&Params::of(Preset::C1).speed_law(), [2.0, 0.4], &BODY, [0.125, 0.3]);
+        check(&Params::of(Preset::C1).speed_law(), [0.0, 0.4], &BODY, [0.05, 0.3]);
+        check(&Params::of(Preset::C1).speed_law(), [-0.1, 0.4], &BODY, [0.0, 0.3]);
+        for (variant, expected) in [
+            (Variant::Lin, [0.125, 0.2]),
+            (Variant::Const, [0.125, 0.1]),
+            (Variant::Max4, [0.1, 0.3]),
+            (Variant::Max3, [0.1, 0.3]),
+            (Variant::H, [0.1, 0.5]),
+        ] {
+            check(&dapf::Params::of(variant).speed_law(), [2.0, 0.4], &BODY, expected);
+        }
+    }
+
+    /// (i) F_r < -1 and |w| < 0.05: turn at full rate to the side of w.
+    #[test]
+    fn turns_where_it_stands() {
+        for preset in [Preset::P, Preset::C1, Preset::H, Preset::Fleet] {
+            let law = Params::of(preset).speed_law();
+            check(&law, [-2.0, 0.01], &BODY, [0.0, 1.0]);
+            check(&law, [-2.0, -0.01], &BODY, [0.0, -1.0]);
+            check(&law, [-2.0, 0.0], &BODY, [0.0, 1.0]);
+            check(&law, [-2.0, 0.0], &Body { sgn_zero: true, ..BODY }, [0.05, 0.0]);
+            check(&law, [-2.0, 0.3], &BODY, [0.0, law.turn_gain * 0.075]);
+            check(&law, [-0.9, 0.01], &BODY, [0.05, law.turn_gain * 0.0025]);
+        }
+        // 5 · 0.04 / 4 = 0.05 is turning.
+        check(&Params::of(Preset::P).speed_law(), [-2.0, 0.04], &BODY, [0.0, 0.05]);
+        check(&Params::of(Preset::P).speed_law(), [-2.0, 0.039], &BODY, [0.0, 1.0]);
+        // The later baseline asks whether it stands, the one with a constant pull never turns so.
+        check(&dapf::Params::of(Variant::H).speed_law(), [-0.5, 0.01], &BODY, [0.0, 1.0]);
+        check(&dapf::Params::of(Variant::Const).speed_law(), [-2.0, 0.01], &BODY, [0.2, 0.0025]);
+        check(&dapf::Params::of(Variant::Lin).speed_law(), [-2.0, 0.01], &BODY, [0.0, 1.0]);
+    }
+
+    /// (ii) v = 0 and |w| < 0.03: creep with 0.05; in `lin`, `max3` and `max4` v ≤ 0.1: with 0.1.
+    #[test]
+    fn creeps() {
+        let p = Params::of(Preset::P).speed_law();
+        check(&p, [-0.5, 0.01], &BODY, [0.05, 0.0125]);
+        check(&p, [-0.5, 0.0239], &BODY, [0.05, 0.029875]);
+        check(&p, [-0.5, 0.0241], &BODY, [0.0, 0.030125]);
+        check(&p, [0.4, 0.01], &BODY, [0.002, 0.0125]);
+        for variant in [Variant::Lin, Variant::Max3, Variant::Max4] {
+            let law = dapf::Params::of(variant).speed_law();
+            check(&law, [0.4, 0.01], &BODY, [0.1, law.turn_gain * 0.0025]);
+            check(
+                &law,
+                [2.4, 0.01],
+                &BODY,
+                [if variant == Variant::Lin { 0.152 } else { 0.122 }, law.turn_gain * 0.0025],
+            );
+        }
+    }
+
+    /// Guarded: no creeping towards what is near ahead, but turning; and no turn beyond the direction of the force.
+    #[test]
+    fn guarded() {
+        let fleet = Params::of(Preset::Fleet).speed_law();
+        let blocked = Body { blocked: true, ..BODY };
+        check(&fleet, [-0.5, 0.01], &BODY, [0.05, 0.0125]);
+        check(&fleet, [-0.5, 0.01], &blocked, [0.0, 1.0]);
+        check(&fleet, [-0.5, -0.01], &blocked, [0.0, -1.0]);
+        check(&Params::of(Preset::P).speed_law(), [-0.5, 0.01], &blocked, [0.05, 0.0125]);
+        // atan(0.4 / 16) / 0.1 s is less than 5 · 0.4 / 4.
+        let off = 0.025f64.atan() / 0.1;
+        check(&fleet, [16.0, 0.4], &BODY, [0.2, off]);
+        check(&fleet, [16.0, -0.4], &BODY, [0.2, -off]);
+        check(&Params::of(Preset::P).speed_law(), [16.0, 0.4], &BODY, [0.2, 0.5]);
+    }
+
+    /// A robot that is three times as fast turns three times as fast, so that it drives the same curve; another C_a is
+    /// another unit of force.
+    #[test]
+    fn scales() {
+        let law = Params::of(Preset::P).speed_law();
+        check(&law, [2.0, 0.4], &Body { speed_mps_max: 0.6, ..BODY }, [0.15, 1.5]);
+        check(&law, [1.0, 0.2], &Body { c_a: 2.0, ..BODY }, [0.05, 0.5]);
+        check(&law, [-2.0, 0.01], &Body { speed_mps_max: 0.6, ..BODY }, [0.0, 3.0]);
+    }
+}

@@ -42,3 +42,110 @@ pub(crate) fn drive(twist: Twist, own: &Own, input: &PlanInput<'_>, remembered_r
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use model::Limits;
+    use nalgebra::Point2;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    const LIMITS: Limits = Limits {
+        speed_mps_max: 0.2,
+        reverse_mps_max: 0.0,
+        turning_radius_m_min: 0.0,
+        turn_radps_max: 1.0,
+        accel_mps2_max: f64::INFINITY,
+        turn_accel_radps2_max: f64::INFINITY,
+    };
+
+    fn input(kind: BodyKind, limits: Limits) -> PlanInput<'static> {
+        PlanInput {
+            tick: 0,
+            dt_s: 0.1,
+            position: Point2::new(1.0, 1.0),
+            yaw_rad: 0.3,
+            velocity: Vector2::zeros(),
+            radius_m: 0.2,
+            kind,
+            limits,
+            goal: Point2::new(1.0, 3.0),
+            goal_tolerance_m: 0.1,
+            goal_yaw_rad: None,
+            goal_yaw_tolerance_rad: 0.1,
+            arrived: false,
+            obstacles: &[],
+            neighbors: &[],
+            map: &[],
+            arm: None,
+        }
+    }
+
+    /// A unicycle has its own heading, a point that of the unicycle that it drives as: first towards its goal.
+    #[test]
+    fn headings() {
+        let point = input(BodyKind::Point, LIMITS);
+        assert_eq!(own(&input(BodyKind::Unicycle, LIMITS), Some(2.0), false).heading_rad, 0.3);
+        assert_eq!(own(&point, None, false).heading_rad, FRAC_PI_2);
+        assert_eq!(own(&point, Some(2.0), false).heading_rad, 2.0);
+        assert_eq!(own(&PlanInput { goal: point.position, ..point }, None, false).heading_rad, 0.3);
+    }
+
+    /// A point drives along the heading that it has after the turn, and remembers it.
+    #[test]
+    fn a_point_drives_as_a_unicycle() {
+        let point = input(BodyKind::Point, LIMITS);
+        let mut remembered = Some(PI - 0.02);
+        let own = own(&point, remembered, false);
+        let drive = drive(Twist { speed_mps: 0.1, turn_radps: 0.5 }, &own, &point, &mut remembered);
+        let heading: f64 = 0.03 - PI;
+        assert!((remembered.expect("it is remembered") - heading).abs() < 1e-12);
+        let Drive::Velocity(velocity) = drive else { panic!("a point gets a velocity") };
+        assert!((velocity - 0.1 * Vector2::new(heading.cos(), heading.sin())).norm() < 1e-12);
+    }
+
+    /// A body that turns half as fast as asked drives the same curve at half the speed.
+    #[test]
+    fn a_slow_turner_keeps_the_curve() {
+        let of = |speed_mps, turn_radps| {
+            let unicycle = input(BodyKind::Unicycle, LIMITS);
+            let own = own(&unicycle, None, false);
+            drive(Twist { speed_mps, turn_radps }, &own, &unicycle, &mut None)
+        };
+        assert_eq!(of(0.2, 0.5), Drive::Twist { speed_mps: 0.2, turn_radps: 0.5 });
+        assert_eq!(of(0.2, 2.0), Drive::Twist { speed_mps: 0.1, turn_radps: 1.0 });
+        assert_eq!(of(0.2, -4.0), Drive::Twist { speed_mps: 0.05, turn_radps: -1.0 });
+    }
+
+    /// Two metres before the goal a body that brakes with a drives at most at √(a · 2).
+    #[test]
+    fn a_slow_brake_comes_slowly() {
+        let limits = Limits { accel_mps2_max: 0.005, ..LIMITS };
+        for (kind, speed_mps) in [(BodyKind::Unicycle, 0.1), (BodyKind::Point, 0.1)] {
+            let body = input(kind, limits);
+            let own = own(&body, Some(FRAC_PI_2), false);
+            let found = match drive(Twist { speed_mps: 0.2, turn_radps: 0.0 }, &own, &body, &mut None) {
+                Drive::Twist { speed_mps, .. } => speed_mps,
+                Drive::Velocity(velocity) => velocity.norm(),
+                other => panic!("{other:?}"),
+            };
+            assert!((found - speed_mps).abs() < 1e-12, "{found}");
+        }
+    }
+
+    /// A body whose turn rate grows by 0.04 rad/s² and that has to turn by 1 rad before its goal 2 m away: 2 / (2 √(1 / 0.04)) = 0.2;
+    /// with 0.01 rad/s² half of that.
+    #[test]
+    fn a_slow_steering_comes_slowly() {
+        for (turn_accel_radps2_max, speed_mps) in [(0.04, 0.2), (0.01, 0.1)] {
+            let body = input(BodyKind::Unicycle, Limits { turn_accel_radps2_max, ..LIMITS });
+            let own = Own { heading_rad: FRAC_PI_2 - 1.0, ..own(&body, None, false) };
+            let Drive::Twist { speed_mps: found, .. } =
+                drive(Twist { speed_mps: 0.2, turn_radps: 0.0 }, &own, &body, &mut None)
+            else {
+                panic!("a unicycle gets a twist")
+            };
+            assert!((found - speed_mps).abs() < 1e-12, "{found}");
+        }
+    }
+}

@@ -95,7 +95,7 @@ fn a_crowd_does_not_hold_a_robot_for_ever() {
     let mut scene = unicycle([9.0, 0.0]);
     scene.neighbors =
         [[0.8, 0.6], [0.8, -0.6], [-0.8, 0.6], [-0.8, -0.6]].into_iter().zip(1..).map(|(p, id)| robot(id, p)).collect();
-    let mut planner = build("amr-apf", "crowd_wait_s = 2.0\nc_adj = 4.0", NOBODY);
+    let mut planner = build("amr-apf", "preset = \"fixed\"\ncrowd_wait_s = 2.0\nc_adj = 4.0", NOBODY);
     let mut stopped = (0..60).map(|tick| planner.plan(&scene.input(tick, DT_S)).stopped);
     assert_eq!(stopped.by_ref().take_while(|stopped| *stopped).count(), 20);
     assert!(stopped.take(19).all(|stopped| !stopped));

@@ -6,6 +6,7 @@ mod amr_apf;
 mod arm;
 mod chassis;
 mod decentralized_apf;
+mod equations;
 mod inputs;
 mod liquid;
 mod methods;
