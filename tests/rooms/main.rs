@@ -2,6 +2,7 @@
 //! circle, and which names stay in their room. Reads the sources; `cargo test -p shoal-tests --test rooms -- --nocapture`
 //! prints the picture of the dependencies.
 
+mod planted;
 mod source;
 
 use source::{Crate, circles, code_of, manifest_dependencies, workspace_root};
