@@ -6,7 +6,9 @@
 
 mod operators;
 
-use model::{Event, EventName, RobotIndex, RobotInstance, Scenario, StragglerPolicy, TaskId, TimelineAction};
+use model::{
+    Event, EventName, ProcessState, RobotIndex, RobotInstance, Scenario, StragglerPolicy, TaskId, TimelineAction,
+};
 use operators::Waiting;
 pub use operators::{Answer, CONFIRM_WITHIN, WAITING_MAX};
 use protocol::daemon_to_world::{Absence, Order, Ticket};
@@ -99,43 +101,6 @@ pub enum Signal {
     Continue,
 }
 
-/// Where a robot's process is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
-    /// There is none, and none is wanted yet.
-    Awaited,
-    /// Started, not yet in the world.
-    Starting,
-    /// In the world.
-    Running,
-    /// Stopped by the timeline.
-    Paused,
-    /// Stopped by somebody else.
-    Stopped,
-    /// It left the world as it should.
-    Left,
-    /// It died.
-    Dead,
-    /// The world had no place for it.
-    Refused,
-}
-
-impl State {
-    /// The word for tables.
-    pub fn word(self) -> &'static str {
-        match self {
-            State::Awaited => "awaited",
-            State::Starting => "starting",
-            State::Running => "running",
-            State::Paused => "paused",
-            State::Stopped => "stopped",
-            State::Left => "left",
-            State::Dead => "dead",
-            State::Refused => "refused",
-        }
-    }
-}
-
 /// What the coordinator knows of one robot.
 #[derive(Clone, Debug)]
 pub struct Member {
@@ -144,7 +109,7 @@ pub struct Member {
     /// Its process, until it is reaped.
     pub pid: Option<u32>,
     /// Where it is.
-    pub state: State,
+    pub state: ProcessState,
     /// The life to start as soon as the present process is reaped.
     next: Option<RobotInstance>,
     /// The kernel says that its process is stopped, for any reason.
@@ -249,8 +214,8 @@ impl Coordinator {
             Notice::Expect { instance, .. } => self.expect(instance),
             Notice::Entered { instance, .. } => self.entered(instance),
             Notice::Kill { instance } => self.kill(instance),
-            Notice::Pause { instance } => self.signal(instance, Signal::Stop, Some(State::Paused)),
-            Notice::Resume { instance } => self.signal(instance, Signal::Continue, Some(State::Running)),
+            Notice::Pause { instance } => self.signal(instance, Signal::Stop, Some(ProcessState::Paused)),
+            Notice::Resume { instance } => self.signal(instance, Signal::Continue, Some(ProcessState::Running)),
             Notice::Left { instance } => self.left(instance),
             Notice::Answer { ticket, refused } => self.answered(ticket, refused),
             Notice::Log(event) => {
@@ -287,7 +252,7 @@ impl Coordinator {
 
     /// The shell could not start a process. The world's log says so, and a restart is the world's business.
     pub fn not_spawned(&mut self, instance: RobotInstance, problem: String) {
-        self.with_current(instance, |member| member.state = State::Dead);
+        self.with_current(instance, |member| member.state = ProcessState::Dead);
         self.actions.push(Action::Order(Order::Absent { instance, cause: Absence::NotStarted { why: problem } }));
     }
 
@@ -310,13 +275,13 @@ impl Coordinator {
         };
         let was = member.state;
         member.pid = None;
-        if was != State::Left {
-            member.state = State::Dead;
+        if was != ProcessState::Left {
+            member.state = ProcessState::Dead;
         }
         let next = member.next.take();
-        if was != State::Left && !self.stopping {
+        if was != ProcessState::Left && !self.stopping {
             let cause = match was {
-                State::Starting if deaf.is_none() && matches!(ending.signal, None | Some(SIGBUS)) => {
+                ProcessState::Starting if deaf.is_none() && matches!(ending.signal, None | Some(SIGBUS)) => {
                     let mut ended = format!("its process {}", ending.describe());
                     if ending.code == Some(0) {
                         ended += " before it was ready (a wrapper has to stay until the agent ends)";
@@ -343,7 +308,7 @@ impl Coordinator {
         let mut unasked = false;
         self.with_current(instance, |member| {
             member.halted = true;
-            unasked = member.state == State::Running;
+            unasked = member.state == ProcessState::Running;
         });
         if unasked {
             self.stands_still(instance);
@@ -354,15 +319,15 @@ impl Coordinator {
     pub fn continued(&mut self, instance: RobotInstance) {
         self.with_current(instance, |member| {
             member.halted = false;
-            if member.state == State::Stopped {
-                member.state = State::Running;
+            if member.state == ProcessState::Stopped {
+                member.state = ProcessState::Running;
             }
         });
     }
 
     /// A robot in the world stands still, and the world did not ask for it.
     fn stands_still(&mut self, instance: RobotInstance) {
-        self.with_current(instance, |member| member.state = State::Stopped);
+        self.with_current(instance, |member| member.state = ProcessState::Stopped);
         if self.scenario.fleet.straggler != StragglerPolicy::Wait && !self.stopping {
             self.actions.push(Action::Order(Order::Absent { instance, cause: Absence::Stopped }));
         }
@@ -384,7 +349,7 @@ impl Coordinator {
         let late: Vec<RobotInstance> = self
             .members
             .iter()
-            .filter(|member| member.state == State::Starting && member.pid.is_some())
+            .filter(|member| member.state == ProcessState::Starting && member.pid.is_some())
             .filter(|member| now.saturating_sub(member.started_at) > limit && !ready(member.instance))
             .filter(|member| {
                 let took = now.saturating_sub(member.started_at);
@@ -395,7 +360,7 @@ impl Coordinator {
         for instance in late {
             let why = format!("not ready within {} s", self.scenario.fleet.start_limit_s);
             self.actions.push(Action::Order(Order::Absent { instance, cause: Absence::NotStarted { why } }));
-            self.signal(instance, Signal::Kill, Some(State::Dead));
+            self.signal(instance, Signal::Kill, Some(ProcessState::Dead));
         }
         self.await_ends(now, limit);
     }
@@ -403,7 +368,7 @@ impl Coordinator {
     /// The process of a robot that has left ends by itself, unless it hangs, or is stopped. One that was killed to make room
     /// for the next life ends, unless it is blocked in the kernel: then that life is given up.
     fn await_ends(&mut self, now: Duration, limit: Duration) {
-        let is_to_end = |member: &&mut Member| member.state == State::Left || member.next.is_some();
+        let is_to_end = |member: &&mut Member| member.state == ProcessState::Left || member.next.is_some();
         for member in self.members.iter_mut().filter(|member| member.pid.is_some()).filter(is_to_end) {
             if now.saturating_sub(*member.ending_since.get_or_insert(now)) <= limit {
                 continue;
@@ -447,7 +412,7 @@ impl Coordinator {
         }
         match self.members.get_mut(instance.index.at()) {
             // Begun already, and perhaps over already: a life is started once.
-            Some(member) if member.instance == instance && member.state != State::Awaited => {}
+            Some(member) if member.instance == instance && member.state != ProcessState::Awaited => {}
             Some(member) if member.pid.is_some() => {
                 member.next = Some(instance);
                 let old = member.instance;
@@ -464,7 +429,7 @@ impl Coordinator {
         }
         if let Some(member) = self.members.get_mut(instance.index.at()) {
             member.instance = instance;
-            member.state = State::Starting;
+            member.state = ProcessState::Starting;
             self.actions.push(Action::Spawn(instance));
         }
     }
@@ -473,8 +438,8 @@ impl Coordinator {
     fn entered(&mut self, instance: RobotInstance) {
         let mut halted = false;
         self.with_current(instance, |member| {
-            if member.state == State::Starting {
-                member.state = State::Running;
+            if member.state == ProcessState::Starting {
+                member.state = ProcessState::Running;
                 halted = member.halted;
             }
         });
@@ -487,7 +452,7 @@ impl Coordinator {
     fn left(&mut self, instance: RobotInstance) {
         let Some(member) = self.members.get_mut(instance.index.at()) else { return };
         if member.instance.incarnation <= instance.incarnation {
-            member.state = State::Left;
+            member.state = ProcessState::Left;
             member.next = None;
             let last = member.instance;
             self.withdraw(last);
@@ -500,7 +465,7 @@ impl Coordinator {
             member.next.take_if(|next| *next == instance);
         }
         if self.withdraw(instance) {
-            self.with_current(instance, |member| member.state = State::Dead);
+            self.with_current(instance, |member| member.state = ProcessState::Dead);
         }
         self.signal(instance, Signal::Kill, None);
     }
@@ -513,11 +478,11 @@ impl Coordinator {
     }
 
     /// Signals a process, unless it has ended; `state` is where it is then.
-    fn signal(&mut self, instance: RobotInstance, signal: Signal, state: Option<State>) {
+    fn signal(&mut self, instance: RobotInstance, signal: Signal, state: Option<ProcessState>) {
         let mut lives = false;
         self.with_current(instance, |member| {
             lives = member.pid.is_some();
-            if let Some(state) = state.filter(|_| lives && member.state != State::Left) {
+            if let Some(state) = state.filter(|_| lives && member.state != ProcessState::Left) {
                 member.state = state;
             }
         });
@@ -537,7 +502,7 @@ impl Coordinator {
 impl Member {
     /// Whether its body may be in the world.
     pub fn in_world(&self) -> bool {
-        matches!(self.state, State::Running | State::Paused | State::Stopped | State::Dead)
+        matches!(self.state, ProcessState::Running | ProcessState::Paused | ProcessState::Stopped | ProcessState::Dead)
     }
 
     fn new(index: RobotIndex) -> Member {
@@ -545,7 +510,7 @@ impl Member {
         Member {
             instance,
             pid: None,
-            state: State::Awaited,
+            state: ProcessState::Awaited,
             next: None,
             halted: false,
             started_at: Duration::ZERO,

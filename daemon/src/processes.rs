@@ -6,7 +6,7 @@ use crate::executables::{Executables, cannot_start};
 use crate::logs::Logs;
 use crate::scheduling::schedule;
 use bus::{Address, Gate};
-use model::{Processes, RobotInstance};
+use model::{ProcessState, Processes, RobotInstance};
 use report::ProcessFacts;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process, kill_process_group, waitid};
 use std::collections::BTreeMap;
@@ -31,11 +31,11 @@ pub struct Measured {
 }
 
 /// What the kernel says of a process, in a word for tables.
-pub fn state_word(pid: u32) -> &'static str {
+pub fn state_of(pid: u32) -> ProcessState {
     match bus::process::state_of(pid) {
-        Some('T' | 't') => "stopped",
-        Some('Z' | 'X') | None => "ended",
-        Some(_) => "running",
+        Some('T' | 't') => ProcessState::Stopped,
+        Some('Z' | 'X') | None => ProcessState::Ended,
+        Some(_) => ProcessState::Running,
     }
 }
 

@@ -406,14 +406,14 @@ impl Supervisor {
     }
 
     fn status(&self) -> Status {
-        let life = |member: &crate::coordinator::Member| status::Life {
+        let process = |member: &crate::coordinator::Member| status::RobotProcess {
             instance: member.instance,
             pid: member.pid.map(|started| self.children.agent_pid(started)),
-            state: member.state.word(),
+            state: member.state,
         };
         status::of(
             self.coordinator.scenario(),
-            self.coordinator.members().iter().map(life),
+            self.coordinator.members().iter().map(process),
             &self.gate.progress(),
             &self.observer,
             std::process::id(),

@@ -16,6 +16,7 @@ pub mod plan;
 pub mod problem;
 pub mod random;
 pub mod scenario;
+pub mod state;
 pub mod task;
 pub mod value;
 
@@ -29,4 +30,5 @@ pub use params::{ParamValue, ParamValues};
 pub use plan::PlanState;
 pub use problem::Problem;
 pub use scenario::*;
+pub use state::{ProcessState, RobotState};
 pub use task::{GoalSource, Task, TaskId};

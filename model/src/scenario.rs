@@ -73,12 +73,13 @@ pub struct Bounds {
 
 choice! {
     /// How the processes keep time.
-    #[derive(Serialize, Deserialize)]
+    #[derive(Default, Serialize, Deserialize)]
     #[serde(rename_all = "kebab-case")]
     pub enum Mode {
         /// All cores in one thread.
         Single = "single",
         /// Real processes; the world opens a tick and waits for every robot's answer.
+        #[default]
         Lockstep = "lockstep",
         /// Real processes, each on its own timer.
         Realtime = "realtime",

@@ -1,6 +1,6 @@
 //! What a second terminal asks of a running fleet, and what it is answered.
 
-use model::{RobotIndex, Task, TaskId};
+use model::{Mode, ProcessState, RobotIndex, Task, TaskId};
 use serde::{Deserialize, Serialize};
 
 /// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
@@ -82,7 +82,7 @@ pub struct Status {
     /// Name of the scenario.
     pub scenario: String,
     /// Clock mode.
-    pub mode: String,
+    pub mode: Mode,
     /// The newest tick.
     pub tick: u64,
     /// Simulated time, s.
@@ -91,8 +91,8 @@ pub struct Status {
     pub daemon_pid: u32,
     /// Process of the world.
     pub world_pid: u32,
-    /// What the kernel says of it: `running`, `stopped`, `ended`.
-    pub world_state: String,
+    /// What the kernel says of it: running, stopped, or ended.
+    pub world_state: ProcessState,
     /// Since the newest tick, wall time, s; `None` before the first. It grows while the world is stopped, hangs, or waits
     /// for a robot.
     pub tick_age_s: Option<f64>,
@@ -111,14 +111,14 @@ pub struct RobotStatus {
     pub incarnation: u32,
     /// Its process, if it has one.
     pub pid: Option<u32>,
-    /// `starting`, `running`, `held`, `dead`, `dropped`, `left`, `awaited`.
-    pub state: String,
+    /// Where it is.
+    pub state: ProcessState,
     /// Its method.
     pub planner: String,
-    /// Position, m.
-    pub position_m: [f64; 2],
-    /// Its goal now, m.
-    pub goal_m: [f64; 2],
+    /// Position, m; `None` before it is in the world.
+    pub position_m: Option<[f64; 2]>,
+    /// Its goal now, m; `None` before it is in the world.
+    pub goal_m: Option<[f64; 2]>,
     /// It has reached its last goal.
     pub arrived: bool,
     /// Goals reached.

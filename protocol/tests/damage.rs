@@ -65,7 +65,8 @@ fn kinds() -> Vec<Kind> {
         || Event { tick: 301, robot: None, kind: EventKind::Died { signal: Some(11), code: None, words: text() } };
     let robots = vec![RobotOutcome { time_s: Some(1.5), gone: Some(Gone::Dropped), ..RobotOutcome::default() }; 2];
     let outcome = || Outcome { robots: robots.clone(), events: vec![event(), died()], ..Outcome::default() };
-    let robot_status = RobotStatus { id: text(), pid: Some(70_000), goal_m: [0.0, 1e300], ..RobotStatus::default() };
+    let robot_status =
+        RobotStatus { id: text(), pid: Some(70_000), goal_m: Some([0.0, 1e300]), ..RobotStatus::default() };
     let status = Status { scenario: text(), tick: 1 << 40, robots: vec![robot_status; 2], ..Status::default() };
     let new_robot = NewRobot { id: Some(text()), planner: Some(text()), kind: Some(text()), ..NewRobot::default() };
     let absences = [

@@ -5,7 +5,8 @@ use super::{
     RunFacts, SCHEMA, SchedulingReport, judge,
 };
 use model::{
-    Class, Event, EventKind, Gone, Mode, Partner, PlanState, Processes, RobotIndex, RobotOutcome, Scheduling, Stall,
+    Class, Event, EventKind, Gone, Mode, Partner, PlanState, Processes, RobotIndex, RobotOutcome, RobotState,
+    Scheduling, Stall,
 };
 use std::collections::BTreeMap;
 
@@ -136,7 +137,7 @@ fn robot_report(facts: &RunFacts, slot: usize, fate: &RobotOutcome) -> RobotRepo
         tasks_done: fate.tasks_done,
         goals_done: fate.goals_done,
         deadlocked: fate.stall == Some(Stall::Deadlocked),
-        state: state_of(fate).to_owned(),
+        state: state_of(fate),
         final_distance_m: fate.final_distance_m,
         planner_state: fate.plan,
         ldj: fate.ldj,
@@ -144,15 +145,17 @@ fn robot_report(facts: &RunFacts, slot: usize, fate: &RobotOutcome) -> RobotRepo
     }
 }
 
-/// What became of a robot, in a word.
-fn state_of(fate: &RobotOutcome) -> &'static str {
-    match (fate.stall, &fate.gone) {
-        _ if fate.arrived => "arrived",
-        (_, Some(_)) => "gone",
+fn state_of(outcome: &RobotOutcome) -> RobotState {
+    match (outcome.plan, outcome.stall) {
+        _ if outcome.arrived => RobotState::Arrived,
+        _ if outcome.gone.is_some() => RobotState::Gone,
         // Why it does not get on, if it does not.
-        _ if fate.plan != PlanState::Ready => fate.plan.word(),
-        (Some(stall), None) => stall.word(),
-        (None, None) => "under-way",
+        (PlanState::Planning, _) => RobotState::Planning,
+        (PlanState::GaveUp, _) => RobotState::GaveUp,
+        (PlanState::Ready, Some(Stall::Deadlocked)) => RobotState::Deadlocked,
+        (PlanState::Ready, Some(Stall::Livelocked)) => RobotState::Livelocked,
+        (PlanState::Ready, Some(Stall::Oscillating)) => RobotState::Oscillating,
+        (PlanState::Ready, None) => RobotState::UnderWay,
     }
 }
 

@@ -20,7 +20,8 @@ pub use assemble::assemble;
 pub use layout::{Column, Page, cut, table};
 
 use model::{
-    Cause, EventName, Gone, Mode, Outcome, PerCause, PerMetric, PlanState, RobotIndex, RobotInstance, Scenario,
+    Cause, EventName, Gone, Mode, Outcome, PerCause, PerMetric, PlanState, RobotIndex, RobotInstance, RobotState,
+    Scenario,
 };
 use serde::{Deserialize, Serialize};
 
@@ -362,10 +363,9 @@ pub struct RobotReport {
     pub goals_done: u32,
     /// It had not arrived, made no progress and hardly moved at the end.
     pub deadlocked: bool,
-    /// What became of it, in a word: `arrived`, `under-way` (not arrived, making progress or not taking part at the end),
-    /// `deadlocked`, `livelocked` (drives without progress), `oscillating` (the same, reversing all the time), or `gone`.
+    /// What became of it.
     #[serde(default)]
-    pub state: String,
+    pub state: RobotState,
     /// From where it was last to its present or last goal, m; null if it never was in the world.
     #[serde(default)]
     pub final_distance_m: Option<f64>,

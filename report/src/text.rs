@@ -10,7 +10,7 @@ use super::{
 };
 use crate::exit;
 use crate::numbers::{clearance, fixed};
-use model::{Cause, Mode, PerMetric, PlanState, Stall};
+use model::{Cause, Mode, PerMetric, PlanState, RobotState, Stall};
 
 /// So many robots are listed one by one.
 const ROBOTS_MAX: usize = 20;
@@ -355,12 +355,12 @@ fn robots(page: &mut Page, report: &Report) {
 }
 
 fn robot_row(robot: &RobotReport, report: &Report) -> Vec<String> {
-    let note = match (&robot.gone, robot.state.as_str()) {
+    let note = match (robot.gone, robot.state) {
         (Some(gone), _) => gone.word(),
-        (None, "arrived") => "",
-        (None, "under-way") if robot.patrols => "goes round",
-        (None, "under-way") => "on its way",
-        (None, state) => state,
+        (None, RobotState::Arrived) => "",
+        (None, RobotState::UnderWay) if robot.patrols => "goes round",
+        (None, RobotState::UnderWay) => "on its way",
+        (None, state) => state.word(),
     };
     let tasks = report.per_robot.iter().any(|robot| robot.tasks_done > 0);
     vec![

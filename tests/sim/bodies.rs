@@ -1,7 +1,7 @@
 //! Every method gets out of a body what the body can: its speed, its slow turns, its reverse gear.
 
 use model::random::Stream;
-use model::{BodyKind, EventName, PlanState, Scenario};
+use model::{BodyKind, EventName, PlanState, RobotState, Scenario};
 use planners::{METHODS, Method};
 use scenarios::{Overrides, parse};
 use shoal_tests::{Recording, seeds};
@@ -229,7 +229,7 @@ fn a_method_that_finds_no_way_says_so() {
         let words = rows.each_ref().map(|row| row.planner_state);
         let until_then = if planner == "liquid" { PlanState::Planning } else { PlanState::Ready };
         assert_eq!(words, [PlanState::GaveUp, until_then], "{planner}");
-        assert!(rows[0].state == "gave-up" && !rows[1].deadlocked, "{planner}: {rows:?}");
+        assert!(rows[0].state == RobotState::GaveUp && !rows[1].deadlocked, "{planner}: {rows:?}");
     }
 }
 

@@ -5,8 +5,8 @@ use crate::fleet::Fleet;
 use crate::plan::START_LIMIT_MS;
 use crate::shared::Shared;
 use bus::queue::BACKLOG_MAX;
-use daemon::coordinator::{State, WAITING_MAX};
-use model::{Drive, EventKind, EventName, Mode, RobotIndex, RobotInstance};
+use daemon::coordinator::WAITING_MAX;
+use model::{Drive, EventKind, EventName, Mode, ProcessState, RobotIndex, RobotInstance};
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::Notice;
 use std::collections::BTreeMap;
@@ -154,23 +154,30 @@ pub(crate) fn agreement(fleet: &Fleet) {
     assert_eq!(coordinator.unanswered(), 0, "the world has done all that it was asked for, and has not said so");
     for (slot, member) in coordinator.members().iter().enumerate() {
         let Some((instance, state)) = world.state(slot) else {
-            assert_eq!(member.state, State::Refused, "slot {slot}: the world does not know this robot");
+            assert_eq!(member.state, ProcessState::Refused, "slot {slot}: the world does not know this robot");
             continue;
         };
         let runs = fleet.kernel.processes.iter().any(|process| process.instance == instance);
         let same = member.instance == instance;
         let fits = match (state, member.state) {
-            (RobotState::Vacant, State::Refused) => !runs,
+            (RobotState::Vacant, ProcessState::Refused) => !runs,
             (RobotState::Awaited { .. } | RobotState::Dead { returns: Some(_) }, now)
                 if world.has_process(instance) =>
             {
-                same && runs && matches!(now, State::Starting | State::Stopped)
+                same && runs && matches!(now, ProcessState::Starting | ProcessState::Stopped)
             }
-            (RobotState::Awaited { .. } | RobotState::Dead { returns: Some(_) }, State::Awaited | State::Dead) => !runs,
-            (RobotState::Present { .. } | RobotState::Held { .. }, State::Running | State::Stopped) => same && runs,
-            (RobotState::Paused { .. }, State::Running | State::Stopped | State::Paused) => same && runs,
-            (RobotState::Dead { returns: None } | RobotState::Dropped, State::Dead) => !runs,
-            (RobotState::Left, State::Left) => true,
+            (
+                RobotState::Awaited { .. } | RobotState::Dead { returns: Some(_) },
+                ProcessState::Awaited | ProcessState::Dead,
+            ) => !runs,
+            (RobotState::Present { .. } | RobotState::Held { .. }, ProcessState::Running | ProcessState::Stopped) => {
+                same && runs
+            }
+            (RobotState::Paused { .. }, ProcessState::Running | ProcessState::Stopped | ProcessState::Paused) => {
+                same && runs
+            }
+            (RobotState::Dead { returns: None } | RobotState::Dropped, ProcessState::Dead) => !runs,
+            (RobotState::Left, ProcessState::Left) => true,
             _ => false,
         };
         assert!(

@@ -7,6 +7,7 @@ use crate::args::{Format, PsArgs};
 use crate::exit::{self, Failure};
 use crate::out;
 use bus::Address;
+use model::ProcessState;
 use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
 use report::numbers::fixed;
 use report::{Column, Page, table};
@@ -86,7 +87,7 @@ fn fleet_text(page: &mut Page, id: &str, status: &Status) {
         &format!(
             "fleet {id}: {}, {}, {:.1} s (tick {}), {arrived} of {} arrived, daemon {}, world {}{}",
             status.scenario,
-            status.mode,
+            status.mode.word(),
             status.time_s,
             status.tick,
             status.robots.len(),
@@ -100,7 +101,7 @@ fn fleet_text(page: &mut Page, id: &str, status: &Status) {
         Column::left("robot", 0, 32),
         Column::right("pid", 1),
         Column::left("state", 0, 10),
-        Column::right("life", 5),
+        Column::right("restarts", 5),
         Column::right("position m", 2),
         Column::right("goal m", 3),
         Column::right("done", 6),
@@ -115,7 +116,10 @@ fn fleet_text(page: &mut Page, id: &str, status: &Status) {
 
 /// What is wrong with the world, if anything is.
 fn world_words(status: &Status) -> String {
-    let state = if status.world_state == "running" { String::new() } else { format!(" ({})", status.world_state) };
+    let state = match status.world_state {
+        ProcessState::Running => String::new(),
+        state => format!(" ({})", state.word()),
+    };
     match status.tick_age_s.filter(|age_s| *age_s > TICK_AGE_S_MAX) {
         Some(age_s) => format!("{state}, last tick {age_s:.1} s ago"),
         None => state,
@@ -123,11 +127,11 @@ fn world_words(status: &Status) -> String {
 }
 
 fn robot_row(robot: &RobotStatus) -> Vec<String> {
-    // Before its first life begins it is nowhere; between two lives its body stands where it stood.
-    let there = robot.incarnation > 0 || !matches!(robot.state.as_str(), "awaited" | "starting");
-    let point = |[x, y]: [f64; 2]| if there { format!("{},{}", fixed(x, 2), fixed(y, 2)) } else { "-".to_string() };
+    let point = |place: Option<[f64; 2]>| {
+        place.map_or_else(|| "-".to_string(), |[x, y]| format!("{},{}", fixed(x, 2), fixed(y, 2)))
+    };
     // A robot that has arrived still runs; that it has is what one looks for.
-    let state = if robot.arrived && robot.state == "running" { "arrived" } else { robot.state.as_str() };
+    let state = if robot.arrived && robot.state == ProcessState::Running { "arrived" } else { robot.state.word() };
     vec![
         robot.id.clone(),
         robot.pid.map_or("-".to_string(), |pid| pid.to_string()),
@@ -144,33 +148,37 @@ fn robot_row(robot: &RobotStatus) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model::RobotIndex;
+    use model::{Mode, RobotIndex};
 
     #[test]
     fn a_fleet_as_a_table() {
-        let robot = |slot: u32, state: &str| RobotStatus {
+        let robot = |slot: u32, state: ProcessState| RobotStatus {
             id: format!("r{slot:02}"),
             index: RobotIndex(slot),
             incarnation: u32::from(slot == 1),
-            pid: (state == "running").then_some(4700 + slot),
-            state: state.into(),
+            pid: (state == ProcessState::Running).then_some(4700 + slot),
+            state,
             planner: "apf".into(),
-            position_m: [-1.234, 5.0],
-            goal_m: [10.0, -20.5],
+            position_m: (state != ProcessState::Awaited).then_some([-1.234, 5.0]),
+            goal_m: (state != ProcessState::Awaited).then_some([10.0, -20.5]),
             arrived: slot == 0,
             goals_done: 1,
             goals_left: slot,
         };
         let status = Status {
             scenario: "demo-15".into(),
-            mode: "realtime".into(),
+            mode: Mode::Realtime,
             tick: 512,
             time_s: 10.24,
             daemon_pid: 4600,
             world_pid: 4601,
-            world_state: "running".into(),
+            world_state: ProcessState::Running,
             tick_age_s: Some(0.013),
-            robots: vec![robot(0, "running"), robot(1, "running"), robot(2, "dead"), robot(3, "awaited")],
+            robots: [ProcessState::Running, ProcessState::Running, ProcessState::Dead, ProcessState::Awaited]
+                .into_iter()
+                .zip(0..)
+                .map(|(state, slot)| robot(slot, state))
+                .collect(),
         };
         let mut text = String::new();
         for width in [80, 40] {
@@ -181,7 +189,7 @@ mod tests {
         insta::assert_snapshot!(text);
         let json = fleet_json("abcd234", &status);
         assert_eq!(world_words(&status), "");
-        let stopped = Status { world_state: "stopped".into(), tick_age_s: Some(3.21), ..status };
+        let stopped = Status { world_state: ProcessState::Stopped, tick_age_s: Some(3.21), ..status };
         assert_eq!(world_words(&stopped), " (stopped), last tick 3.2 s ago");
         assert_eq!((&json["fleet"], &json["robots"][1]["pid"]), (&json!("abcd234"), &json!(4701)));
     }

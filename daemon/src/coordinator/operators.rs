@@ -4,8 +4,8 @@
 //! Every request gets one answer, however long the world takes: after [`CONFIRM_WITHIN`] the operator is told that it
 //! is not known yet.
 
-use super::{Action, Coordinator, Member, State};
-use model::{BodyKind, ParamValues, RobotIndex, Task};
+use super::{Action, Coordinator, Member};
+use model::{BodyKind, ParamValues, ProcessState, RobotIndex, Task};
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use std::time::Duration;
@@ -122,10 +122,10 @@ impl Coordinator {
     /// The world has no place for a robot that an operator added: it was never there.
     fn not_admitted(&mut self, index: RobotIndex) {
         if let Some(member) = self.members.get_mut(index.at()) {
-            member.state = State::Refused;
+            member.state = ProcessState::Refused;
         }
         // Slots are places in lists: those before the last are given up as soon as they are the last.
-        while self.members.last().is_some_and(|member| member.state == State::Refused) {
+        while self.members.last().is_some_and(|member| member.state == ProcessState::Refused) {
             self.members.pop();
             self.scenario.robots.pop();
         }
@@ -193,7 +193,7 @@ impl Coordinator {
                 Some("choose a goal in free space inside the world; only unicycles have a heading there"),
             ));
         }
-        if self.members[slot].state == State::Left {
+        if self.members[slot].state == ProcessState::Left {
             return Err(refused(&format!("robot `{name}` has left"), None));
         }
         let id = self.tasks;

@@ -1,5 +1,5 @@
 use super::*;
-use model::Task;
+use model::{ProcessState, Task};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 
 const ALL_READY: &dyn Fn(RobotInstance) -> bool = &|_| true;
@@ -50,35 +50,36 @@ fn a_death_is_a_fact_for_the_world() {
     let mut coordinator = running(&[]);
     coordinator.exited(instance(1, 0), killed(), None, None);
     assert_eq!(coordinator.take_actions(), [died(instance(1, 0))]);
-    assert_eq!(coordinator.members()[1].state, State::Dead);
+    assert_eq!(coordinator.members()[1].state, ProcessState::Dead);
 }
 
 #[test]
 fn the_world_learns_why_a_robot_is_not_there() {
-    let check = |state: State, code: i32, words: Option<&str>, deaf_to: Option<RobotIndex>, expected: Absence| {
-        let mut coordinator = running(&[]);
-        coordinator.with_current(instance(0, 0), |member| member.state = state);
-        let ending = Ending { signal: None, code: Some(code) };
-        coordinator.exited(instance(0, 0), ending, words.map(str::to_owned), deaf_to);
-        assert_eq!(
-            coordinator.take_actions(),
-            [Action::Order(Order::Absent { instance: instance(0, 0), cause: expected })],
-            "{state:?}"
-        );
-    };
+    let check =
+        |state: ProcessState, code: i32, words: Option<&str>, deaf_to: Option<RobotIndex>, expected: Absence| {
+            let mut coordinator = running(&[]);
+            coordinator.with_current(instance(0, 0), |member| member.state = state);
+            let ending = Ending { signal: None, code: Some(code) };
+            coordinator.exited(instance(0, 0), ending, words.map(str::to_owned), deaf_to);
+            assert_eq!(
+                coordinator.take_actions(),
+                [Action::Order(Order::Absent { instance: instance(0, 0), cause: expected })],
+                "{state:?}"
+            );
+        };
     let why = |text: &str| text.to_owned();
     let not_started = |text: &str| Absence::NotStarted { why: why(text) };
-    check(State::Starting, 3, Some("no room"), None, not_started("its process ended with code 3: no room"));
+    check(ProcessState::Starting, 3, Some("no room"), None, not_started("its process ended with code 3: no room"));
     check(
-        State::Starting,
+        ProcessState::Starting,
         0,
         None,
         None,
         not_started("its process ended with code 0 before it was ready (a wrapper has to stay until the agent ends)"),
     );
-    check(State::Running, 3, Some("oh"), None, Absence::Died { signal: None, code: Some(3), words: why("oh") });
+    check(ProcessState::Running, 3, Some("oh"), None, Absence::Died { signal: None, code: Some(3), words: why("oh") });
     // Whether the daemon has heard that it entered does not matter.
-    for state in [State::Starting, State::Running] {
+    for state in [ProcessState::Starting, ProcessState::Running] {
         let expected = Absence::Deaf { why: format!("cannot hear {}: no files", running(&[]).name(RobotIndex(1))) };
         check(state, 3, Some("no files"), Some(RobotIndex(1)), expected);
     }
@@ -115,7 +116,7 @@ fn what_is_said_late_of_a_process_that_has_ended_changes_nothing() {
     ];
     of_before.into_iter().for_each(|notice| coordinator.notice(notice));
     assert_eq!(coordinator.take_actions(), [died(instance(0, 0))]);
-    assert_eq!(coordinator.members()[0].state, State::Dead);
+    assert_eq!(coordinator.members()[0].state, ProcessState::Dead);
 }
 
 #[test]
@@ -139,11 +140,18 @@ fn a_life_that_is_over_before_it_is_started_is_not_started() {
     let expect = |incarnation: u32| Notice::Expect { instance: instance(0, incarnation), tick: 50 };
     let (kill, left) = (Notice::Kill { instance: instance(0, 1) }, Notice::Left { instance: instance(0, 1) });
     for reaped in [true, false] {
-        assert_eq!(heard(vec![expect(1)], reaped), (vec![instance(0, 1)], State::Starting));
-        assert_eq!(heard(vec![expect(1), kill.clone()], reaped), (vec![], State::Dead));
-        assert_eq!(heard(vec![expect(1), kill.clone(), expect(2)], reaped), (vec![instance(0, 2)], State::Starting));
-        assert_eq!(heard(vec![expect(1), left.clone()], reaped), (vec![], State::Left));
-        assert_eq!(heard(vec![left.clone()], reaped), (vec![], State::Left), "it left before its next life began");
+        assert_eq!(heard(vec![expect(1)], reaped), (vec![instance(0, 1)], ProcessState::Starting));
+        assert_eq!(heard(vec![expect(1), kill.clone()], reaped), (vec![], ProcessState::Dead));
+        assert_eq!(
+            heard(vec![expect(1), kill.clone(), expect(2)], reaped),
+            (vec![instance(0, 2)], ProcessState::Starting)
+        );
+        assert_eq!(heard(vec![expect(1), left.clone()], reaped), (vec![], ProcessState::Left));
+        assert_eq!(
+            heard(vec![left.clone()], reaped),
+            (vec![], ProcessState::Left),
+            "it left before its next life began"
+        );
     }
 }
 
@@ -168,7 +176,7 @@ fn a_process_that_is_stopped_while_it_starts_is_given_up_at_the_limit_or_held_wh
     coordinator.notice(Notice::Entered { instance: instance(0, 1), tick: 50 });
     let order = Order::Absent { instance: instance(0, 1), cause: Absence::Stopped };
     assert_eq!(coordinator.take_actions(), [Action::Order(order)]);
-    assert_eq!(coordinator.members()[0].state, State::Stopped);
+    assert_eq!(coordinator.members()[0].state, ProcessState::Stopped);
 }
 
 #[test]
@@ -184,7 +192,7 @@ fn a_process_that_does_not_end_when_its_robot_has_left_is_killed() {
     coordinator.exited(instance(0, 0), killed(), None, None);
     pass(&mut coordinator, 62..=70, ALL_READY);
     assert_eq!(coordinator.take_actions(), []);
-    assert_eq!(coordinator.members()[0].state, State::Left);
+    assert_eq!(coordinator.members()[0].state, ProcessState::Left);
 }
 
 #[test]
@@ -231,9 +239,9 @@ fn a_stop_is_a_matter_of_policy_unless_the_timeline_asked_for_it() {
         let mut coordinator = running(&[&format!("fleet.straggler={policy:?}")]);
         coordinator.stopped(instance(0, 0));
         assert_eq!(coordinator.take_actions().len(), expected, "{policy}");
-        assert_eq!(coordinator.members()[0].state, State::Stopped);
+        assert_eq!(coordinator.members()[0].state, ProcessState::Stopped);
         coordinator.continued(instance(0, 0));
-        assert_eq!(coordinator.members()[0].state, State::Running);
+        assert_eq!(coordinator.members()[0].state, ProcessState::Running);
     }
     let mut coordinator = running(&[]);
     coordinator.notice(Notice::Pause { instance: instance(0, 0) });

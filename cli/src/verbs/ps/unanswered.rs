@@ -3,9 +3,9 @@
 use crate::exit::Failure;
 use crate::verbs::fleet;
 use bus::{Address, Gate, Node, WorldObserver};
-use daemon::processes::state_word;
-use daemon::status::{self, Life};
-use model::{RobotIndex, RobotInstance, Scenario};
+use daemon::processes::state_of;
+use daemon::status::{self, RobotProcess};
+use model::{ProcessState, RobotIndex, RobotInstance, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::operator_to_daemon::Status;
 use report::measured::instance_of;
@@ -25,18 +25,20 @@ pub(super) fn status(address: &Address) -> Result<Status, Failure> {
     }
     let node = Node::new(address, "operator")?;
     let (gate, observer) = (Gate::open(address)?, WorldObserver::open(&node)?);
-    let lives = (0..scenario.robots.len()).map(RobotIndex::of).map(|index| match instances.get(&index) {
-        None => Life { instance: RobotInstance { index, incarnation: 0 }, pid: None, state: "awaited" },
+    let processes_of_robots = (0..scenario.robots.len()).map(RobotIndex::of).map(|index| match instances.get(&index) {
+        None => {
+            RobotProcess { instance: RobotInstance { index, incarnation: 0 }, pid: None, state: ProcessState::Awaited }
+        }
         Some(instance) => {
-            let process = gate.process(*instance).map(|pid| (pid, state_word(pid)));
-            match process.filter(|(_, state)| *state != "ended") {
-                Some((pid, state)) => Life { instance: *instance, pid: Some(pid), state },
-                None => Life { instance: *instance, pid: None, state: "dead" },
+            let process = gate.process(*instance).map(|pid| (pid, state_of(pid)));
+            match process.filter(|(_, state)| *state != ProcessState::Ended) {
+                Some((pid, state)) => RobotProcess { instance: *instance, pid: Some(pid), state },
+                None => RobotProcess { instance: *instance, pid: None, state: ProcessState::Dead },
             }
         }
     });
     let (daemon_pid, world_pid) = processes(address);
-    Ok(status::of(&scenario, lives, &gate.progress(), &observer, daemon_pid, world_pid))
+    Ok(status::of(&scenario, processes_of_robots, &gate.progress(), &observer, daemon_pid, world_pid))
 }
 
 /// The newest incarnation of every robot: each has a file that says what it is.
