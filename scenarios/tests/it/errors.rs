@@ -1,13 +1,11 @@
 //! What users read when a scenario is wrong, as snapshots. Every row is one mistake in an otherwise valid file.
 
-mod support;
-
+use crate::support::mistakes;
 use insta::assert_snapshot;
 use model::Mode;
 use planners::METHODS;
 use shoal_scenarios::{Overrides, parse};
 use std::fmt::Write;
-use support::mistakes;
 
 /// A valid file for mistakes to be made in.
 const GOOD: &str = r#"

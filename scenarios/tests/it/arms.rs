@@ -1,7 +1,6 @@
 //! Two-link arms in scenarios: what they may say, how they stand, and what is told of those that cannot be.
 
-mod support;
-
+use crate::support::mistakes;
 use geometry::Elbow;
 use insta::assert_snapshot;
 use model::BodyKind;
@@ -10,7 +9,6 @@ use nalgebra::Point2;
 use planners::METHODS;
 use shoal_scenarios::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use support::mistakes;
 
 /// An arm beside a robot and two obstacles: a valid file for mistakes to be made in.
 const GOOD: &str = r#"

@@ -34,7 +34,7 @@ fn every_parameter_of_every_method_is_in_the_schema() {
     }
 }
 
-/// `UPDATE_DOCS=1 cargo test -p shoal-scenarios --test schema` rewrites the page.
+/// `UPDATE_DOCS=1 cargo test -p shoal-scenarios --test it schema` rewrites the page.
 #[test]
 #[expect(clippy::disallowed_methods, reason = "the test is about a file of this repository")]
 fn the_reference_in_docs_is_the_one_that_is_printed() {
