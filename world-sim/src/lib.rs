@@ -11,8 +11,8 @@
 //! links       how near links come to what  shortest    the path one could take
 //! shapes      obstacles where they are    grid        who is near whom
 //! ranges      who hears and sees what     contact     swept clearances
-//! referee     goals, arrival, path        smoothness  jerk
-//! progress    who gets nowhere            journal     log and notices
+//! referee     goals, arrival, path        progress    who gets nowhere
+//! journal     log and notices
 //! attendance  which processes answer      pace        when periods begin
 //! shell       the process                 recorder    everything into a file
 //! touch       where bodies touched first
@@ -39,7 +39,6 @@ mod referee;
 mod shapes;
 pub mod shell;
 mod shortest;
-mod smoothness;
 mod touch;
 pub mod whole_file;
 mod world;

@@ -2,7 +2,7 @@
 
 use crate::journal::Journal;
 use crate::progress::{Scale, Trail};
-use crate::smoothness::Smoothness;
+use geometry::Smoothness;
 use model::random::Stream;
 use model::{EventKind, GoalSource, MAX_GOALS, Mover, Robot, RobotIndex, Stall, Task};
 use nalgebra::{Point2, Vector2};

@@ -7,7 +7,7 @@ const SAMPLE_HZ: f64 = 20.0;
 
 /// The sums behind -ln(T³ / v_peak² ∫ |jerk|² dt), where jerk is the second difference of the velocity.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Smoothness {
+pub struct Smoothness {
     ticks: u64,
     /// Velocity at the last tick, m/s.
     velocity: Vector2<f64>,
@@ -23,7 +23,7 @@ pub(crate) struct Smoothness {
 
 impl Smoothness {
     /// One more tick of `dt_s`, which ended at this velocity (m/s). The drive begins at rest.
-    pub(crate) fn push(&mut self, velocity: Vector2<f64>, dt_s: f64) {
+    pub fn push(&mut self, velocity: Vector2<f64>, dt_s: f64) {
         let begin_s = self.ticks as f64 * dt_s;
         self.ticks += 1;
         let end_s = self.ticks as f64 * dt_s;
@@ -50,7 +50,7 @@ impl Smoothness {
     }
 
     /// LDJ over the ticks so far; 0 is best. `None` for a drive that never moved or was too short to tell.
-    pub(crate) fn ldj(&self, dt_s: f64) -> Option<f64> {
+    pub fn ldj(&self, dt_s: f64) -> Option<f64> {
         let time_s = self.ticks as f64 * dt_s;
         let ldj = -(time_s.powi(3) / self.speed_squared_max * self.jerk).ln();
         ldj.is_finite().then_some(ldj)
