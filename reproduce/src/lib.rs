@@ -13,9 +13,11 @@ pub mod pso_via_points;
 pub mod row;
 pub mod rpoa;
 pub mod scene;
+pub mod smoothness;
+pub mod stats;
 pub mod stepper;
 
-pub use row::{Item, Paper, Row, Rows};
+pub use row::{Item, Paper, Row, Rows, Verdict};
 
 /// The papers, in the order in which they are listed.
 pub static PAPERS: &[&Paper] =

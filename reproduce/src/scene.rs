@@ -24,7 +24,7 @@ const FILES: &[(&str, Text)] = files! {
     "apf_headon_offset" "apf_two_disc_trap"
     "liquid_clogged" "liquid_corridor" "liquid_enclosed" "liquid_free" "liquid_ring_front" "liquid_two_obstacles"
     "liquid_u_shallow"
-    "rpoa_khan2014" "rpoa_orbiter_fast" "rpoa_squeeze"
+    "rpoa_khan2014" "rpoa_orbiter_fast" "rpoa_squeeze" "walkers6"
     "amr_demo_single" "amr_demo_head_on" "amr_demo_crossing" "amr_demo_gate"
     "amr_extra_01" "amr_extra_02" "amr_extra_03" "amr_extra_04" "amr_extra_05" "amr_extra_06"
     "amr_extra_07" "amr_extra_08" "amr_extra_09" "amr_extra_10" "amr_extra_11" "amr_extra_12"
@@ -172,24 +172,22 @@ pub fn disc_at(id: u32, center: Point2<f64>, radius: f64) -> Obstacle {
     Obstacle { id, shape: Capsule::disc(center, radius), velocity: nalgebra::Vector2::zeros() }
 }
 
-/// How an obstacle moves, if it does.
-pub fn mover(obstacle: &Thing) -> Option<Mover> {
-    obstacle.motion.as_ref().map(|motion| course(motion, obstacle.shape.reference()))
+/// How the obstacle of this index moves, if it does. Random walks are those of `shoal run` with this seed.
+pub fn mover(obstacle: &Thing, seed: u64, index: u32) -> Option<Mover> {
+    let walk = || model::random::Stream::new(seed, index, 0, "obstacle-walk");
+    obstacle.motion.as_ref().map(|motion| Mover::new(motion, obstacle.shape.reference(), walk))
 }
 
 /// How a robot's goal moves, if it does.
 pub fn goal_mover(robot: &Robot) -> Option<Mover> {
-    robot.goal_motion.as_ref().map(|motion| course(motion, goal(robot)))
+    // No goal of the papers walks at random.
+    let walk = || model::random::Stream::new(0, 0, 0, "scene");
+    robot.goal_motion.as_ref().map(|motion| Mover::new(motion, goal(robot), walk))
 }
 
 /// Where a robot is to go; where its goal is at first if that moves.
 pub fn goal(robot: &Robot) -> Point2<f64> {
     *robot.goals.last().expect("a robot has a goal")
-}
-
-fn course(motion: &model::Motion, start: Point2<f64>) -> Mover {
-    // Nothing in the papers walks at random.
-    Mover::new(motion, start, || model::random::Stream::new(0, 0, 0, "scene"))
 }
 
 #[cfg(test)]
@@ -207,7 +205,7 @@ mod tests {
         assert_eq!(scenes_of("rpoa_").count(), 9);
         let mut names: Vec<&str> = scenes().iter().map(|scene| scene.name.as_str()).collect();
         names.dedup();
-        assert_eq!(names.len(), 50, "{names:?}");
+        assert_eq!(names.len(), 51, "{names:?}");
     }
 
     /// Results that the tables give: a result that is not read has no row.
@@ -229,7 +227,7 @@ mod tests {
     fn what_moves_starts_where_it_is_said_to_be() {
         for scene in scenes() {
             for obstacle in &scene.scenario.obstacles {
-                let Some(mut mover) = mover(obstacle) else { continue };
+                let Some(mut mover) = mover(obstacle, 1, 0) else { continue };
                 assert!(distance(&mover.at(0.0).0, &disc(obstacle).a) < 1e-6, "{}: {obstacle:?}", scene.name);
             }
             for robot in &scene.scenario.robots {

@@ -128,6 +128,23 @@ impl Run {
         stepper
     }
 
+    /// What is run, in words: robots, planner, parameters, ticks.
+    pub fn words(&self) -> String {
+        let robots = &self.scenario.robots;
+        let robot = &robots[0];
+        let params: Vec<String> = robot.params.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        let params = if params.is_empty() { String::new() } else { format!(" with {}", params.join(", ")) };
+        let count = if robots.len() == 1 { "one robot".to_owned() } else { format!("{} robots", robots.len()) };
+        let Rules { dt_s, delay_ticks, .. } = self.rules;
+        let age = match delay_ticks {
+            0 => "fresh poses".to_owned(),
+            ticks => format!("poses {ticks} ticks old"),
+        };
+        let limit_s = self.scenario.clock.ticks_max as f64 / self.scenario.clock.tick_hz;
+        let kind = format!("{:?}", robot.kind).to_lowercase();
+        format!("{count} ({kind}), planner {}{params}; ticks of {dt_s} s, {age}, at most {limit_s} s", robot.planner)
+    }
+
     /// The papers' programs add up their time until it has reached the limit, which takes one tick more where the sum
     /// rounds down. It shows only where robots chatter for ever, in which of two places they end.
     fn ticks(&self) -> usize {
@@ -212,7 +229,7 @@ impl<P: Planner> Stepper<P> {
     pub fn with_planners(scenario: &Scenario, rules: Rules, planners: Vec<P>) -> Self {
         let none = Nearest { clearance_m: f64::INFINITY, centres_m: f64::INFINITY };
         let scenario = scenario.clone();
-        let count = scenario.robots.len();
+        let (count, seed) = (scenario.robots.len(), scenario.clock.seed);
         let bodies: Vec<Body> = scenario.robots.iter().map(at_start).collect();
         let mut stepper = Stepper {
             rules,
@@ -223,7 +240,10 @@ impl<P: Planner> Stepper<P> {
             obstacles: none,
             bodies,
             last_m: vec![f64::INFINITY; count],
-            movers: [scenario.robots.iter().map(goal_mover).collect(), scenario.obstacles.iter().map(mover).collect()],
+            movers: [
+                scenario.robots.iter().map(goal_mover).collect(),
+                (0..).zip(&scenario.obstacles).map(|(i, obstacle)| mover(obstacle, seed, i)).collect(),
+            ],
             goals: scenario.robots.iter().map(goal).collect(),
             seen: discs(&scenario),
             neighbors: Vec::with_capacity(count),

@@ -1,28 +1,10 @@
-//! Random particle optimisation: every row of the paper, and what becomes of the method in the runtime: with the guard,
+//! Random particle optimisation: what becomes of the method in the runtime: with the guard,
 //! on unicycles, among other robots.
 
 use model::{BodyKind, ParamValue};
 use shoal_reproduce::rpoa::{PAPER, Seeds, as_in_the_runtime, field, rpoa};
 use shoal_reproduce::scene::{scene, scenes_of};
 use shoal_reproduce::stepper::{Rules, Run};
-
-/// What does not hold, and why; the rows say it too.
-const EXCEPTIONS: [&str; 3] = [
-    // In these nine scenes the modified rule fails as often as the basic one, in others of them.
-    "environments not solved by all of 20 seeds: modified rule (lambda 1), basic rule",
-    // The courses of the paper's obstacles are lost; in the specification's the APF path is no longer than RPOA's.
-    "scenario 2 (rpoa_moving6)",
-    // The claim is too strong: concave groups of obstacles trap the method.
-    "local minima (rpoa_u_trap)",
-];
-
-#[test]
-fn every_row_holds_but_the_named() {
-    let failed: Vec<_> = PAPER.all_rows().into_iter().filter(|row| !row.ok).collect();
-    let items: Vec<&str> = failed.iter().map(|row| row.item.as_str()).collect();
-    assert_eq!(items, EXCEPTIONS, "{failed:#?}");
-    assert!(failed.iter().all(|row| !row.note.is_empty()));
-}
 
 /// Fixed discs: the field stands still. A disc on an orbit round the goal: the field drives far and never arrives. A
 /// moving goal: it arrives later and drives farther. RPOA arrives everywhere here, with every seed, without contact.

@@ -120,12 +120,25 @@ fn a_paper_is_reproduced() {
     let here = Here::new();
     let ended = here.shoal("reproduce decentralized-apf --runs 0 --out figures --format json");
     let document = json(&ended);
-    assert_eq!(document["schema"], "shoal.reproduce/1", "{ended}");
+    assert_eq!(document["schema"], "shoal.reproduce/2", "{ended}");
     let rows = document["rows"].as_array().expect("a list");
     assert!(rows.len() > 50 && rows.iter().all(|row| row["paper"] == "decentralized-apf"), "{ended}");
-    let hold = rows.iter().filter(|row| row["ok"] == true).count();
-    assert_eq!(document["papers"][0]["hold"], hold, "{ended}");
-    assert_eq!(ended.code, Some(i32::from(hold < rows.len())), "{ended}");
+    let paper = &document["papers"][0];
+    for verdict in ["paper", "specification", "differs", "no-evidence"] {
+        let of = rows.iter().filter(|row| row["verdict"] == verdict).count();
+        assert_eq!(paper["verdicts"][verdict], of, "{ended}");
+    }
+    // One row differs, which is known: the exit code says that nothing unknown does.
+    let differs: Vec<&Value> = rows.iter().filter(|row| row["verdict"] == "differs").collect();
+    assert_eq!((differs.len(), &differs[0]["named"]), (1, &true.into()), "{ended}");
+    assert_eq!(paper["differs_named"][0], differs[0]["item"], "{ended}");
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let headlines = paper["headlines"].as_array().expect("a list");
+    assert_eq!(headlines.len(), 2, "{ended}");
+    assert!(
+        headlines.iter().all(|claim| claim["sentence"].as_str().is_some_and(|text| text.ends_with('.'))),
+        "{ended}"
+    );
     assert_eq!(document["exit_code"].as_i64(), ended.code.map(i64::from));
     let figures = document["figures"].as_array().expect("a list");
     assert!(!figures.is_empty());
@@ -138,8 +151,32 @@ fn a_paper_is_reproduced() {
     }
     let ended = here.shoal("reproduce decentralized-apf --runs 0");
     assert!(ended.stdout.lines().all(|line| line.chars().count() <= 80), "{ended}");
-    let summary = format!("decentralized-apf: {} rows", rows.len());
+    let summary = format!("decentralized-apf: {} rows: paper 1, specification {}", rows.len(), rows.len() - 2);
     assert!(ended.stdout.contains(&summary), "{summary}: {}", ended.stdout);
+    // The headline claims come first.
+    let (claims, table) = (ended.stdout.find("DIFFERS The law"), ended.stdout.find("\nitem "));
+    assert!(claims.is_some() && claims < table, "{ended}");
+}
+
+/// One row in full, found by a part of its name; a part of several names, or of none, is an error that lists them.
+#[test]
+fn a_row_is_explained() {
+    let here = Here::new();
+    let ended = here.shoal("reproduce decentralized-apf --explain avoided");
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert!(ended.stdout.lines().all(|line| line.chars().count() <= 80), "{ended}");
+    insta::assert_snapshot!(ended.stdout);
+    let ended = here.shoal("reproduce decentralized-apf --runs 0 --format json --explain recommended");
+    assert_eq!((ended.code, ended.stdout.as_str()), (Some(2), ""), "{ended}");
+    assert!(ended.stderr.contains("rows contain `recommended`"), "{ended}");
+    let ended = here.shoal("reproduce decentralized-apf --format json --explain apf_two_disc_trap,");
+    let row = json(&ended)["row"].clone();
+    for key in ["item", "ours", "specification", "tolerance", "verdict", "source", "method", "why"] {
+        assert!(row[key].as_str().is_some_and(|text| !text.is_empty()), "{key}: {row:#}");
+    }
+    let ended = here.shoal("reproduce decentralized-apf --runs 0 --explain nonsense");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.stderr.contains("no row contains `nonsense`"), "{ended}");
 }
 
 /// As real processes the fleets of a paper do what they do in one thread.
@@ -150,7 +187,7 @@ fn a_paper_with_its_fleets() {
     let rows = document["rows"].as_array().expect("a list").iter();
     let fleets: Vec<&Value> = rows.filter(|row| row["item"].as_str().unwrap_or("").contains("in lockstep")).collect();
     assert!(fleets.len() > 20);
-    fleets.iter().for_each(|row| assert_eq!(row["ok"], true, "{row:#}"));
+    fleets.iter().for_each(|row| assert_eq!(row["verdict"], "specification", "{row:#}"));
 }
 
 /// Long work can be broken off: what there is is printed.

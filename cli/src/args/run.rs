@@ -116,11 +116,14 @@ Examples:
   shoal reproduce rpoa                 one paper
   shoal reproduce amr-apf --runs 11    its fleets from 11 starts
   shoal reproduce --out figures        the figures too, as CSV and SVG
+  shoal reproduce rpoa --explain \"claim: free from local minima\"
 
-A row holds when shoal's value is within the tolerance of the oracle (the
-reference implementation of the paper's specification) or of the paper. Exit
-code 0: all rows hold. 1: some do not; their notes say why, where it is known.
-130: interrupted; the rows measured until then are printed.")]
+The verdict of a row is `paper` (within a stated tolerance of what the paper
+prints), `specification` (within the tolerance of its specification; the note
+says why not of the paper) or `differs`. Exit code 0: every row that differs is
+known to, and its note says why. 1: a row differs without a known reason, or
+a starved or impaired fleet left a row without evidence. 130: interrupted; the
+rows measured until then are printed.")]
 pub struct ReproduceArgs {
     /// Only this paper
     #[arg(value_name = "PAPER")]
@@ -129,8 +132,11 @@ pub struct ReproduceArgs {
     #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true)]
     pub runs: u32,
     /// Write the figures to this directory, as CSV and SVG
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "explain")]
     pub out: Option<PathBuf>,
+    /// Show one row in full: its source, how it is computed, tolerance and verdict
+    #[arg(long, value_name = "ROW")]
+    pub explain: Option<String>,
     /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,

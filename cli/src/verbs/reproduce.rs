@@ -1,5 +1,6 @@
-//! `shoal reproduce`: what the papers report, held against what the methods do here.
+//! `shoal reproduce`: what the papers report, held against what the planners do here.
 
+mod explain;
 mod fleets;
 mod text;
 
@@ -9,7 +10,7 @@ use crate::file::{Files, STANDARD};
 use crate::out;
 use crate::progress::Live;
 use daemon::signals::Interrupted;
-use reproduce::row::{Paper, Row, Rows, Series};
+use reproduce::row::{Paper, Row, Rows, Series, Verdict};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -32,24 +33,53 @@ struct Document {
 pub(super) struct Summary {
     pub(super) paper: &'static str,
     pub(super) citation: &'static str,
+    /// Why most rows have no value of the paper.
+    pub(super) silence: &'static str,
     pub(super) rows: usize,
-    pub(super) hold: usize,
-    /// Items of the rows that do not hold.
-    pub(super) fail: Vec<String>,
+    pub(super) verdicts: Verdicts,
+    /// The headline claims, in their order.
+    pub(super) headlines: Vec<Headline>,
+    /// Items of the rows that differ, the reason of which is named in their notes.
+    pub(super) differs_named: Vec<String>,
+    /// Items of the rows that differ, and nothing says why.
+    pub(super) differs_unnamed: Vec<String>,
+    /// Items of the rows without evidence.
+    pub(super) no_evidence: Vec<String>,
     /// All of its rows are there.
     pub(super) complete: bool,
+}
+
+/// The number of rows with each verdict.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) struct Verdicts {
+    pub(super) paper: usize,
+    pub(super) specification: usize,
+    pub(super) differs: usize,
+    pub(super) no_evidence: usize,
+}
+
+/// A headline claim and what came of it.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Headline {
+    pub(super) item: String,
+    pub(super) verdict: Verdict,
+    pub(super) sentence: String,
 }
 
 /// Compares, prints, and says how to exit.
 ///
 /// # Errors
-/// With exit code 2 for an unknown paper, with 3 when fleets cannot run or figures cannot be written.
+/// With exit code 2 for an unknown paper or row, with 3 when fleets cannot run or figures cannot be written.
 pub fn run(options: &ReproduceArgs) -> Result<i32, Failure> {
     let papers = choose(options.paper.as_deref())?;
+    if let Some(row) = &options.explain {
+        return explain::run(&papers, row, options);
+    }
     let folder = options.out.as_deref().map(Folder::prepare).transpose()?;
     let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
     let mut document = Document {
-        schema: "shoal.reproduce/1",
+        schema: "shoal.reproduce/2",
         papers: Vec::new(),
         rows: Vec::new(),
         figures: Vec::new(),
@@ -60,7 +90,7 @@ pub fn run(options: &ReproduceArgs) -> Result<i32, Failure> {
     for paper in papers {
         let mut live = Live::new();
         let compared = compare(paper, options.runs, &mut live, &interrupted);
-        document.papers.push(summary(paper, &compared));
+        document.papers.push(summary(paper, &compared.rows, compared.complete));
         if options.format == Format::Text {
             live.finish();
             text::print(&compared.rows, &document.papers[document.papers.len() - 1])?;
@@ -83,11 +113,10 @@ pub fn run(options: &ReproduceArgs) -> Result<i32, Failure> {
     }
     let failed = failed.or(unwritten);
     document.interrupted = interrupted.yes();
-    document.exit_code = match (&failed, document.interrupted, document.rows.iter().all(|row| row.ok)) {
-        (_, true, _) => exit::INTERRUPTED,
-        (Some(failure), ..) => failure.code,
-        (None, _, true) => exit::OK,
-        (None, _, false) => exit::EXPECTATIONS,
+    document.exit_code = match (&failed, document.interrupted) {
+        (_, true) => exit::INTERRUPTED,
+        (Some(failure), _) => failure.code,
+        (None, _) => exit_code(&document.rows),
     };
     match options.format {
         Format::Json => out::json(&document)?,
@@ -99,6 +128,12 @@ pub fn run(options: &ReproduceArgs) -> Result<i32, Failure> {
         Some(failure) if !document.interrupted => Err(failure),
         _ => Ok(document.exit_code),
     }
+}
+
+/// 1 if a row differs and nothing names the reason, or if the machine left a row without evidence.
+fn exit_code(rows: &[Row]) -> i32 {
+    let unexpected = |row: &Row| matches!(row.verdict, Verdict::Differs | Verdict::NoEvidence) && !row.named;
+    if rows.iter().any(unexpected) { exit::EXPECTATIONS } else { exit::OK }
 }
 
 /// The papers that are meant.
@@ -131,22 +166,37 @@ fn compare(paper: &'static Paper, runs: u32, live: &mut Live, interrupted: &Inte
         live.say(&format!("{}: {what}", paper.name));
         if interrupted.yes() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let mut rows = Rows::new(paper.name, &mut begin);
+    let mut rows = Rows::new(paper, &mut begin);
     let done = (paper.rows)(&mut rows).is_continue();
     let fleets = if done { fleets::run(paper.name, runs, &mut rows) } else { fleets::Fleets::default() };
     let complete = done && !fleets.broken && fleets.failure.is_none();
     Compared { rows: rows.finish(), series: fleets.series, complete, failure: fleets.failure }
 }
 
-fn summary(paper: &'static Paper, compared: &Compared) -> Summary {
-    let fail: Vec<String> = compared.rows.iter().filter(|row| !row.ok).map(|row| row.item.clone()).collect();
+fn summary(paper: &'static Paper, rows: &[Row], complete: bool) -> Summary {
+    let of = |wanted: Verdict| rows.iter().filter(move |row| row.verdict == wanted);
+    let items = |rows: Vec<&Row>| rows.into_iter().map(|row| row.item.clone()).collect::<Vec<String>>();
+    let (named, unnamed) = of(Verdict::Differs).partition(|row| row.named);
+    let headline = |row: &Row| {
+        let (item, verdict) = (row.item.clone(), row.verdict);
+        row.headline.clone().map(|sentence| Headline { item, verdict, sentence })
+    };
     Summary {
         paper: paper.name,
         citation: paper.citation,
-        rows: compared.rows.len(),
-        hold: compared.rows.len() - fail.len(),
-        fail,
-        complete: compared.complete,
+        silence: paper.silence,
+        rows: rows.len(),
+        verdicts: Verdicts {
+            paper: of(Verdict::Paper).count(),
+            specification: of(Verdict::Specification).count(),
+            differs: of(Verdict::Differs).count(),
+            no_evidence: of(Verdict::NoEvidence).count(),
+        },
+        headlines: rows.iter().filter_map(headline).collect(),
+        differs_named: items(named),
+        differs_unnamed: items(unnamed),
+        no_evidence: items(of(Verdict::NoEvidence).collect()),
+        complete,
     }
 }
 

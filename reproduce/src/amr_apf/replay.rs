@@ -94,8 +94,13 @@ impl Program {
 
     /// A layout with everybody at the start.
     pub fn begin(&self, layout: &Scene) -> Stepper {
+        self.stepper(layout, |robot| self.planner(robot))
+    }
+
+    /// The same with these planners.
+    pub(super) fn stepper<P: Planner>(&self, layout: &Scene, planner: impl Fn(u32) -> P) -> Stepper<P> {
         let scenario = self.scenario(layout);
-        let planners = (0..scenario.robots.len() as u32).map(|robot| self.planner(robot)).collect();
+        let planners = (0..scenario.robots.len() as u32).map(planner).collect();
         let rules = Rules {
             in_turn: self.in_turn,
             substeps: self.substeps,
@@ -148,13 +153,18 @@ impl Program {
     pub fn run_nearby(&self, layout: &Scene, seeds: u64, size_m: f64) -> Vec<Outcome> {
         let layouts: Vec<Scene> = (1..=seeds).map(|seed| all_moved(layout, seed, size_m)).collect();
         let programs = match &self.method {
-            Method::Amr(params) if params.circle == amr_apf::Circle::Rectangle => (0..=3)
+            Method::Amr(params) if self.has_ties() => (0..=3)
                 .map(|rectangle_tie| Method::Amr(amr_apf::Params { rectangle_tie, ..params.clone() }))
                 .map(|method| Program { method, ..self.clone() })
                 .collect(),
             _ => vec![self.clone()],
         };
         programs.iter().flat_map(|program| layouts.iter().map(|layout| program.run(layout))).collect()
+    }
+
+    /// Whether it may have to choose among equally small rectangles.
+    pub fn has_ties(&self) -> bool {
+        matches!(&self.method, Method::Amr(params) if params.circle == amr_apf::Circle::Rectangle)
     }
 
     /// The planner of a robot.
@@ -212,7 +222,8 @@ pub struct Outcome {
     pub pillars_m: f64,
     /// All robots after each cycle.
     pub poses: Vec<Vec<Body>>,
-    dt_s: f64,
+    /// Control period, s.
+    pub dt_s: f64,
 }
 
 impl Outcome {

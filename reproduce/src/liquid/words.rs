@@ -8,34 +8,116 @@ use geometry::Capsule;
 use model::{Obstacle, ParamValue, ParamValues, Shape};
 use nalgebra::{Point2, Vector2};
 use planners::liquid::{Budget, Progress, Search};
+use scenarios::{Expectation, Results as Keys};
 use std::ops::ControlFlow;
 
-/// What the paper reports for the experiment that a scene stands in for.
+/// The numbers that the paper prints for the experiment that a scene stands in for.
 pub(super) fn printed(scene: &str, method: &str, key: &str) -> Option<&'static str> {
     Some(match (scene, method, key) {
-        ("liquid_free", _, "arrives") => "arrives (ex. 1 case 1)",
-        ("liquid_two_obstacles", "liquid-offline", "arrives") => "arrives (ex. 1 case 2)",
-        ("liquid_two_obstacles", "liquid-offline", "virtual_obstacles") => "4 (ex. 1 case 2)",
-        ("liquid_two_obstacles", "khatib-second-order", "arrives") => "stops in the local minimum (ex. 1 case 2)",
-        ("liquid_near_goal", "liquid-offline", "arrives") => "arrives (ex. 1 case 3)",
-        ("liquid_near_goal", "khatib-second-order", "arrives") => "stops before the goal (ex. 1 case 3)",
-        ("liquid_corridor" | "liquid_ring_side", "liquid-offline", "arrives") => "arrives (ex. 1 case 4)",
-        ("liquid_corridor" | "liquid_ring_side", "khatib-first-order", "arrives") => {
-            "oscillates, enters a closed loop, stops (ex. 1 case 4)"
-        }
-        ("liquid_u_trap", "liquid-offline", "virtual_obstacles") => "10 (ex. 2 case 1)",
-        ("liquid_u_trap", "liquid-offline", "computation_rounds") => "288 (ex. 2 case 1)",
-        ("liquid_u_trap", "liquid-offline", "motion_steps") => "35 (ex. 2 case 1)",
-        ("liquid_u_trap", "liquid-online", "virtual_obstacles") => "16 (ex. 2 case 1)",
-        ("liquid_u_trap", "liquid-online", "computation_rounds" | "motion_steps") => "81 (ex. 2 case 1)",
-        ("liquid_gap", "liquid-offline", "virtual_obstacles") => "4 (ex. 2 case 2)",
-        ("liquid_gap", "liquid-offline", "computation_rounds") => "110 (ex. 2 case 2)",
-        ("liquid_gap", "liquid-offline", "motion_steps") => "47 (ex. 2 case 2)",
-        ("liquid_gap", "liquid-online", "virtual_obstacles") => "2 (ex. 2 case 2)",
-        ("liquid_gap", "liquid-online", "computation_rounds") => "53 (ex. 2 case 2)",
-        ("liquid_gap", "liquid-online", "motion_steps") => "33 (ex. 2 case 2)",
+        ("liquid_two_obstacles", "liquid-offline", "virtual_obstacles") => "4 (Ex. 1 case 2)",
+        ("liquid_u_trap", "liquid-offline", "virtual_obstacles") => "10 (Ex. 2 case 1)",
+        ("liquid_u_trap", "liquid-offline", "computation_rounds") => "288 (Ex. 2 case 1)",
+        ("liquid_u_trap", "liquid-offline", "motion_steps") => "35 (Ex. 2 case 1)",
+        ("liquid_u_trap", "liquid-online", "virtual_obstacles") => "16 (Ex. 2 case 1)",
+        ("liquid_u_trap", "liquid-online", "motion_steps") => "81 (Ex. 2 case 1)",
+        ("liquid_gap", "liquid-offline", "virtual_obstacles") => "4 (Ex. 2 case 2)",
+        ("liquid_gap", "liquid-offline", "computation_rounds") => "110 (Ex. 2 case 2)",
+        ("liquid_gap", "liquid-offline", "motion_steps") => "47 (Ex. 2 case 2)",
+        ("liquid_gap", "liquid-online", "virtual_obstacles") => "2 (Ex. 2 case 2)",
+        ("liquid_gap", "liquid-online", "motion_steps") => "33 (Ex. 2 case 2)",
         _ => return None,
     })
+}
+
+/// What the paper claims in words, in the scenes that stand for its maps.
+pub(super) fn claims(rows: &mut Rows<'_>) {
+    rows.about(
+        "paper, examples 1 and 2; specification, section 4",
+        "a stand-in for the paper's map, which is a figure without coordinates: planners liquid (thinks first) and \
+         liquid-online (the modified variant) with the paper's gains; field: planner apf with the specification's gains",
+        "a claim in words",
+    );
+    let mut claim = |name: &str, words: &str, ok: bool, ours: String, sentence: String| {
+        let item = Item::new(format!("claim: {name}")).against_paper(words, "in words", ok);
+        rows.claim(item.note("in a stand-in for the paper's map").headline(sentence), ours);
+    };
+    let fields = |name: &str| [Order::Second, Order::First].map(|order| khatib(scene(name), order));
+    let word = |arrives: bool| if arrives { "arrives" } else { "does not arrive" };
+
+    let (thinks, field) = (unchanged("liquid_free").offline().arrives, fields("liquid_free")[0].all_arrived());
+    let ours = format!("liquid {}, the field {}", word(thinks), word(field));
+    let sentence = format!("Without a local minimum liquid {}, and the field {}.", word(thinks), word(field));
+    claim("Ex. 1 case 1, no local minimum (liquid_free)", "both arrive", thinks && field, ours, sentence);
+
+    for (name, map, words, place) in [
+        (
+            "Ex. 1 case 2, local minimum (liquid_two_obstacles)",
+            "liquid_two_obstacles",
+            "arrives with virtual obstacles; the field stops in the minimum",
+            "Between two obstacles",
+        ),
+        (
+            "Ex. 1 case 3, obstacles near the goal (liquid_near_goal)",
+            "liquid_near_goal",
+            "arrives; the field stops before the goal",
+            "At a goal near obstacles",
+        ),
+        (
+            "Ex. 1 case 4, a surrounded goal (liquid_ring_side)",
+            "liquid_ring_side",
+            "arrives; the field stops",
+            "At a goal in a ring of obstacles",
+        ),
+    ] {
+        let (thinks, field) = (unchanged(map).offline().arrives, fields(map).map(|run| run.all_arrived()));
+        let stops = !field[0] && !field[1];
+        let field = if stops { "stops" } else { "arrives" };
+        let ours = format!("liquid {}, the field {field}", word(thinks));
+        claim(name, words, thinks && stops, ours, format!("{place} liquid {}, and the field {field}.", word(thinks)));
+    }
+
+    let [second, first] = fields("liquid_corridor").map(|run| run.arrival_s(0));
+    let told = |time_s: Option<f64>| time_s.map_or("stops".to_owned(), |time_s| format!("arrives after {time_s:.1} s"));
+    let ours = format!("the field of second order {}, of first order with a coarse tick {}", told(second), told(first));
+    let sentence = format!(
+        "In a narrow passage the field does not have to stop: of second order it {}, only of first order with a coarse \
+         tick it {}.",
+        told(second),
+        told(first)
+    );
+    let name = "Ex. 1 case 4, the field in a narrow passage (liquid_corridor)";
+    claim(name, "the field oscillates, enters a closed loop, stops", second.is_none(), ours, sentence);
+
+    let setup = unchanged("liquid_u_trap");
+    let [thinks, online] = [setup.offline(), setup.online()].map(|run| in_cup(&run.path));
+    let ours = format!("{thinks} points of its path inside the cup with liquid, {online} with liquid-online");
+    let sentence = format!(
+        "In a U the variant that thinks first never enters the cup ({thinks} points), the modified one does ({online} points)."
+    );
+    let words = "the original never enters the space between the obstacles, the modified one goes back and forth in it";
+    claim("Ex. 2 case 1, who enters the cup (liquid_u_trap)", words, thinks == 0 && online > 0, ours, sentence);
+
+    let setup = unchanged("liquid_gap");
+    let [thinks, online] = [setup.offline(), setup.online()].map(|run| run.rounds);
+    let ours = format!("{online} rounds online against {thinks}");
+    let sentence =
+        format!("The modified variant computes less in the map of Ex. 1 case 2: {online} rounds against {thinks}.");
+    let words = "the modified variant needs fewer computation steps (53 against 110)";
+    claim("Ex. 2 case 2, fewer rounds (liquid_gap)", words, online < thinks, ours, sentence);
+
+    let runs = sweep_runs();
+    let ordered = |of: fn(&Descent) -> usize, more: bool| {
+        runs.windows(2).all(|pair| if more { of(&pair[0].1) < of(&pair[1].1) } else { of(&pair[0].1) > of(&pair[1].1) })
+    };
+    let ok = ordered(|run| run.virtual_obstacles.len(), true) && ordered(Descent::steps, false);
+    let each = runs.each_ref().map(|(k_v, run)| format!("K_v {k_v}: {}/{}", run.virtual_obstacles.len(), run.steps()));
+    let ours = format!("virtual obstacles/steps: {}", each.join(", "));
+    let sentence = format!(
+        "A smaller K_v {} more virtual obstacles and a shorter path.",
+        if ok { "gives" } else { "does not always give" }
+    );
+    let words = "larger K_v for speed, smaller for shorter paths";
+    claim("the gain K_v (liquid_u_shallow)", words, ok, ours, sentence);
 }
 
 fn changed(key: &str, value: f64) -> ParamValues {
@@ -43,11 +125,11 @@ fn changed(key: &str, value: f64) -> ParamValues {
 }
 
 fn item(item: impl Into<String>) -> Item {
-    Item { item: item.into(), ..Item::default() }
+    Item::new(item)
 }
 
 fn noted(text: impl Into<String>, note: impl Into<String>) -> Item {
-    Item { note: note.into(), ..item(text) }
+    Item::new(text).note(note)
 }
 
 fn unchanged(name: &str) -> Setup {
@@ -60,7 +142,11 @@ pub(super) fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
         every_scene(rows, scene);
     }
     rows.begin("claims about single environments")?;
-    sweep(rows);
+    rows.about(
+        "specification, sections 2 to 4 and 6",
+        "planners liquid and liquid-online with the paper's gains, in the scene that the row names",
+        "the specification's: counts are exact",
+    );
     cup(rows);
     blunt(rows);
     chatter(rows);
@@ -81,52 +167,47 @@ pub(super) fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
 /// Section 5, what holds in all scenes.
 fn every_scene(rows: &mut Rows<'_>, scene: &Scene) {
     let name = &scene.name;
+    rows.about(
+        "specification, section 5: counts do not change",
+        format!(
+            "scene {name}: liquid and liquid-online, 60 virtual obstacles at most; the start moved by 1e-9 to 1e-6 m (four \
+             runs), the world upside down, and with x and y exchanged"
+        ),
+        "exact: a mismatch is a bug, not rounding, says the specification",
+    );
     let setup = Setup { budget: 60, ..Setup::of(scene, &ParamValues::new()) };
-    let (offline, online) = (setup.offline(), setup.online());
-
-    // Where the budget is used up, the last round finds one minimum more.
-    let last = |run: &Descent| usize::from(!run.arrives);
-    let wasted: usize = offline.failed_runs.iter().map(|steps| steps + 1).sum();
-    let sum = offline.last_run + wasted + last(&offline);
-    rows.exact(item(format!("{name} liquid-offline: rounds = motion + failed runs")), sum, offline.rounds);
-    let sum = online.steps() + online.virtual_obstacles.len() + last(&online);
-    rows.exact(item(format!("{name} liquid-online: rounds = motion + virtual obstacles")), sum, online.rounds);
-
-    let depth = if scene.discs()[0].shape.radius > 1.0 { 0.001 } else { 0.004 };
-    for (method, ours) in [("liquid-offline", &offline), ("liquid-online", &online)] {
-        let clearance = ours.clearance(scene);
-        if ours.arrives {
-            let text = item(format!("{name} {method}: path clear of the inflated discs"));
-            let (bound, tolerance) = (format!("≥ {} m", -depth), format!("≥ {} m", -depth));
-            rows.push(text, Some(bound), format!("{clearance:.4} m"), tolerance, clearance >= -depth);
-        }
-    }
-
-    let counts = |offline: &Descent, online: &Descent| {
-        let one = |run: &Descent| if run.arrives { run.counts() } else { "never".to_owned() };
-        format!("{}, {}", one(offline), one(online))
-    };
-    let expected = counts(&offline, &online);
+    let specified = ["liquid-offline", "liquid-online"].map(|method| listed(scene, method)).join(", ");
     let found = |scene: Scene| {
         let setup = Setup { scene, ..setup.clone() };
-        counts(&setup.offline(), &setup.online())
+        let one = |run: Descent| if run.arrives { run.counts() } else { "never".to_owned() };
+        format!("{}, {}", one(setup.offline()), one(setup.online()))
     };
     let shifts = [1e-9, 1e-8, 1e-7, 1e-6].map(|size| Vector2::new(size, -0.7 * size));
     let moved = shifts.map(|shift| {
         let mut scene = setup.scene.clone();
         scene.robot_mut().start += shift;
-        found(scene)
+        ("start moved", scene)
     });
-    let different = moved.iter().find(|counts| **counts != expected).unwrap_or(&expected).clone();
-    let text = format!("{name}: counts offline, online, start moved by 1e-9 to 1e-6 m");
-    rows.exact(noted(text, "four shifts; ours is the first that differs, if one does"), expected.clone(), different);
+    let mapped = [
+        ("directions numbered backwards", mapped(&setup.scene, |p| Point2::new(p.x, -p.y))),
+        ("directions numbered by (7)", mapped(&setup.scene, |p| Point2::new(p.y, p.x))),
+    ];
+    let changes = moved.into_iter().chain(mapped);
+    let different = changes.map(|(change, scene)| (change, found(scene))).find(|(_, counts)| *counts != specified);
+    let ours = different.map_or(specified.clone(), |(change, counts)| format!("{counts} ({change})"));
+    let text = format!("{name}: counts offline, online, with a start moved and directions numbered otherwise");
+    rows.exact(item(text), specified, ours);
+}
 
-    let mirrored = found(mapped(&setup.scene, |p| Point2::new(p.x, -p.y)));
-    let text = format!("{name}: counts offline, online, directions numbered backwards");
-    rows.exact(noted(text, "the same as the world upside down"), expected.clone(), mirrored);
-    let swapped = found(mapped(&setup.scene, |p| Point2::new(p.y, p.x)));
-    let text = format!("{name}: counts offline, online, directions numbered by (7)");
-    rows.exact(noted(text, "the same as x and y of the world exchanged"), expected, swapped);
+/// The counts that the specification lists for a method in a scene.
+fn listed(scene: &Scene, method: &str) -> String {
+    let plain = |expect: &&Expectation| expect.method == method && expect.params.is_empty();
+    let expect = scene.expectations().iter().find(plain).expect("every scene has both");
+    let counts = [Keys::virtual_obstacles, Keys::computation_rounds, Keys::motion_steps].map(|key| expect.get(key));
+    match (expect.get(Keys::arrives), counts) {
+        (Some(true), [Some(hills), Some(rounds), Some(steps)]) => format!("{hills}/{rounds}/{steps}"),
+        _ => "never".to_owned(),
+    }
 }
 
 fn mapped(scene: &Scene, map: impl Fn(Point2<f64>) -> Point2<f64>) -> Scene {
@@ -149,17 +230,6 @@ fn standing(center: Point2<f64>, radius: f64) -> Obstacle {
 pub(super) fn sweep_runs() -> [(f64, Descent); 4] {
     let run = |k_v: f64| Setup::of(scene("liquid_u_shallow"), &changed("k_v", k_v)).offline();
     [60.0, 10.0, 1.0, 0.1].map(|k_v| (k_v, run(k_v)))
-}
-
-fn sweep(rows: &mut Rows<'_>) {
-    let runs = sweep_runs();
-    let ordered = |of: fn(&Descent) -> usize, more: bool| {
-        runs.windows(2).all(|pair| if more { of(&pair[0].1) < of(&pair[1].1) } else { of(&pair[0].1) > of(&pair[1].1) })
-    };
-    let text = "liquid_u_shallow liquid-offline: a smaller K_v gives more virtual obstacles and a shorter path";
-    let mut claim = item(text);
-    claim.paper_value = Some("larger K_v for speed, smaller for shorter paths".into());
-    rows.exact(claim, true, ordered(|run| run.virtual_obstacles.len(), true) && ordered(Descent::steps, false));
 }
 
 /// Points of a path inside the cup of `liquid_u_trap`: within 1.3 m of the centre of its arc.

@@ -32,6 +32,11 @@ fn errors(rpoa: &mut Rpoa, input: &PlanInput<'_>, offset: Vector2<f64>) -> (f64,
 
 /// Section 5 of the specification, and the cone of section 3.
 pub(super) fn examples(rows: &mut Rows<'_>) {
+    rows.about(
+        "specification, section 5 (the paper's equations are restored from a follow-up)",
+        "a single plan of rpoa with angles = equal and guard = false for a point robot at the origin, C_t = 0.1 m",
+        "all digits that the specification prints",
+    );
     for (mu, printed) in [(1.0, 0.778801), (4.0, 0.367879)] {
         let item = Item::new(format!("example 1: Gaussian at 0.5 m, mu {mu}"));
         rows.number(item, printed, tidy(gaussian(1.0, mu, 0.5)), PRINTED, "");
@@ -62,8 +67,6 @@ pub(super) fn examples(rows: &mut Rows<'_>) {
     let step = rpoa.choose(input.position, input.goal);
     rows.exact(Item::new("example 4: chosen particle"), 15, step.index);
     rows.vector(Item::new("example 4: its place"), [0.0, 0.1], step.offset.map(tidy).into(), 1e-12, "m");
-    let (e_d, _) = errors(&mut rpoa, &input, step.offset);
-    rows.exact(Item::new("example 4: it is further from the target than the robot"), true, e_d > 0.0);
 
     let two = [disc_at(0, [1.0, 0.5].into(), 0.3), disc_at(1, [1.0, -0.5].into(), 0.3)];
     let (mut rpoa, input) = example(&two, ahead, basic());
@@ -86,7 +89,7 @@ pub(super) fn examples(rows: &mut Rows<'_>) {
     potential_field(rows);
     rows.number(
         Item::new("example 8: one sensed obstacle: steps of 2000 that come nearer to it")
-            .note("random places, directions"),
+            .method("2000 plans at random places and directions, one disc in sight, the target 100 m away"),
         0.0,
         f64::from(steps_towards_the_obstacle()),
         0.0,
@@ -105,7 +108,7 @@ pub(super) fn examples(rows: &mut Rows<'_>) {
     cone(rows);
 }
 
-/// Example 7: the two potentials by equations (8) and (9), and what the method `apf` makes of them.
+/// Example 7: what the planner `apf` makes of the potentials of equations (8) and (9).
 fn potential_field(rows: &mut Rows<'_>) {
     let (xi, eta, rho_0) = (1.0, 1.0, 1.0);
     let params = [("k_att", xi), ("attract_cap_m", 0.0), ("k_rep", eta), ("influence_m", rho_0)];
@@ -117,11 +120,7 @@ fn potential_field(rows: &mut Rows<'_>) {
     let rho = 0.5;
     let discs = [disc_at(0, [0.0, -(rho + 0.3)].into(), 0.3)];
     let plan = apf.plan(&at_origin(goal, &discs));
-    let attraction = xi / 2.0 * goal.coords.norm_squared();
-    let repulsion = eta / 2.0 * (1.0 / rho - 1.0 / rho_0).powi(2);
-    rows.number(Item::new("example 7: U_att of equation (8)"), 81.0, attraction, 1e-9, "");
     rows.vector(Item::new("example 7: pull of `apf`"), [9.0, 9.0], plan.attractive.into(), 1e-12, "m/s");
-    rows.number(Item::new("example 7: U_rep of equation (9)"), 0.5, repulsion, 1e-12, "");
     rows.vector(Item::new("example 7: push of `apf`"), [0.0, 4.0], plan.repulsive.map(tidy).into(), 1e-9, "m/s");
 }
 
@@ -155,8 +154,4 @@ fn cone(rows: &mut Rows<'_>) {
     let (from, to) = (edge(|(_, e_j)| e_j < 0.0), edge(|(e_d, _)| e_d >= 0.0));
     rows.number(Item::new("cone of particles with e_J < 0 and e_D < 0: from"), 87.13, from, 0.005, "degrees");
     rows.number(Item::new("cone of particles with e_J < 0 and e_D < 0: to"), 89.43, to, 0.005, "degrees");
-    let share = 1.0 - 2.0 * (to - from) / 360.0;
-    let item = Item::new("share of ticks in which none of 60 random particles is in it")
-        .note("the specification says: about half; tolerance ours");
-    rows.number(item, 0.5, tidy(share.powi(60)), 0.1, "");
 }

@@ -57,7 +57,7 @@ fn paths(scene: &Scene, runs: &[Named<'_>]) -> Series {
     let at_goal = course(goal_mover(robot), goal(robot));
     lines.push(("goal".to_owned(), drawn(Box::new(at_goal), robot.goal_motion.is_some())));
     for (disc, i) in scene.scenario.obstacles.iter().zip(1..).filter(|(disc, _)| disc.motion.is_some()) {
-        let at = course(mover(disc), disc.shape.reference());
+        let at = course(mover(disc, scene.scenario.clock.seed, i - 1), disc.shape.reference());
         lines.push((format!("course of obstacle {i}"), drawn(Box::new(at), true)));
     }
     let outcomes: Vec<String> = runs.iter().map(|(name, outcome)| format!("{name} {}", words(outcome))).collect();

@@ -4,9 +4,10 @@ mod amr_apf;
 mod decentralized_apf;
 
 use crate::exit::Failure;
+use crate::run::facts_of;
 use daemon::coordinator::News;
 use daemon::supervisor::{self, Finished, Watch};
-use model::Scenario;
+use model::{Outcome, Scenario};
 use reproduce::row::{Rows, Series};
 use std::ops::ControlFlow;
 
@@ -57,8 +58,15 @@ fn begin(rows: &mut Rows<'_>, what: &str) -> Result<(), Stop> {
     }
 }
 
+/// What a fleet came to.
+pub(super) struct Ran {
+    pub(super) outcome: Outcome,
+    /// Why it is no evidence: the machine starved it, or something outside the scenario impaired it.
+    pub(super) unusable: Option<String>,
+}
+
 /// Runs a fleet of real processes to its end.
-fn lockstep(scenario: Scenario) -> Result<Finished, Stop> {
+fn lockstep(scenario: Scenario) -> Result<Ran, Stop> {
     struct Unwatched;
     impl Watch for Unwatched {
         fn progress(&mut self, _: &bus::Progress, _: f64) {}
@@ -70,5 +78,36 @@ fn lockstep(scenario: Scenario) -> Result<Finished, Stop> {
         daemon::Kind::Interrupted => Stop::Broken,
         _ => Stop::Failed(error.into()),
     })?;
-    if finished.interrupted { Err(Stop::Broken) } else { Ok(finished) }
+    if finished.interrupted {
+        return Err(Stop::Broken);
+    }
+    let outcome = finished.outcome.clone();
+    let report = report::assemble(facts_of(finished));
+    let unusable = unusable(report.verdict, &report.impaired_because, &report.starved_because);
+    Ok(Ran { outcome, unusable })
+}
+
+/// Why a run with this verdict is no evidence.
+fn unusable(verdict: report::Verdict, impaired: &[String], starved: &[String]) -> Option<String> {
+    let reasons = || [impaired, starved].concat().join("; ");
+    match verdict {
+        report::Verdict::Valid => None,
+        report::Verdict::Starved => Some(format!("the run was starved: {}", reasons())),
+        report::Verdict::Impaired => Some(format!("the run was impaired: {}", reasons())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use report::Verdict;
+
+    #[test]
+    fn only_valid_runs_are_evidence() {
+        let reason = ["a straggler was held or dropped 2 times".to_owned()];
+        assert_eq!(unusable(Verdict::Valid, &[], &[]), None);
+        let starved = unusable(Verdict::Starved, &[], &reason).expect("no evidence");
+        assert!(starved.contains("starved") && starved.contains("2 times"), "{starved}");
+        assert!(unusable(Verdict::Impaired, &reason, &[]).is_some_and(|text| text.contains("impaired")));
+    }
 }
