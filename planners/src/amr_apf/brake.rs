@@ -36,6 +36,12 @@ impl Near {
     }
 }
 
+/// From this clearance on nothing limits the speed of a body, m: for a thing that moves that fast itself.
+pub(crate) fn reach_m(keep_m: f64, thing_mps: f64, input: &PlanInput<'_>) -> f64 {
+    let closing_mps = input.limits.speed_mps_max + thing_mps;
+    keep_m + 6.0 * input.dt_s * closing_mps + closing_mps * closing_mps / input.limits.accel_mps2_max
+}
+
 /// The command with a speed at which the robot keeps `keep_m` from everything: in a tick it uses up half of the room
 /// that is left, or a quarter if the other one is on its way too.
 pub(crate) fn brake(twist: Twist, near: &[Near], keep_m: f64, input: &PlanInput<'_>) -> Twist {
@@ -147,6 +153,21 @@ mod tests {
         check(robot(0.08), 0.0, 0.1);
         check(robot(0.12), 0.0, 0.2);
         check(robot(0.04), 0.0, 0.0);
+    }
+
+    /// What is left out does not limit anything: at its edge the full speed is allowed.
+    #[test]
+    fn the_reach_is_far_enough() {
+        for (accel_mps2_max, speed_mps) in [(f64::INFINITY, 0.0), (f64::INFINITY, 1.5), (0.3, 0.0), (0.3, 1.5)] {
+            let limits = Limits { accel_mps2_max, ..LIMITS };
+            let reach_m = reach_m(0.02, speed_mps, &input(limits));
+            assert!((0.1..12.0).contains(&reach_m), "{reach_m}");
+            let near =
+                [pillar([9.0, 0.0], reach_m, [-speed_mps, 0.0]), Near::robot(&OWN, Point2::new(9.0, 0.0), reach_m)];
+            for near in near {
+                assert_eq!(speed(near, 0.0, limits), 0.2, "{near:?}");
+            }
+        }
     }
 
     /// At 0.125 m/s² it stops within half of 0.02 m from √(0.125 · 0.02) = 0.05 m/s, within half of 0.08 m from 0.1 m/s.

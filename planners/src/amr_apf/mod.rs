@@ -75,7 +75,7 @@ pub use params::{Circle, ClusterRule, Params, PillarGaps, Preset, Rule, Side, Sp
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
-use brake::{Near, brake};
+use brake::{Near, brake, reach_m};
 use clusters::{Member, Scratch};
 use detour::Detour;
 use field::{Other, Own};
@@ -289,14 +289,21 @@ impl AmrApf {
     fn look(&mut self, input: &PlanInput<'_>, own: &Own) {
         let mut near = std::mem::take(&mut self.near);
         near.clear();
+        let keep_m = self.params.keep_m;
         for obstacle in nearest_by_id(input.obstacles, own.position) {
             let at = obstacle.shape.nearest_core(own.position);
             let clear_m = (at - own.position).norm() - obstacle.shape.radius - input.radius_m;
+            if clear_m > reach_m(keep_m, obstacle.velocity.norm(), input) {
+                continue;
+            }
             near.push(Near::thing(own, at, clear_m, obstacle.velocity));
         }
         for neighbor in input.neighbors {
             let Some(other) = self.other(neighbor, input) else { continue };
             let clear_m = (other.position - own.position).norm() - neighbor.radius_m - input.radius_m;
+            if clear_m > reach_m(keep_m, 0.0, input) {
+                continue;
+            }
             near.push(match neighbor.arrived {
                 true => Near::thing(own, other.position, clear_m, Vector2::zeros()),
                 false => Near::robot(own, other.position, clear_m),

@@ -377,18 +377,20 @@ fn stopped_is_told() {
 #[test]
 fn what_the_default_brakes_for() {
     let own = own(0.0, [3.0, 0.0]);
-    let moving = Obstacle { velocity: Vector2::new(-0.1, 0.0), ..pillar(0, [0.9, 0.0]) };
+    let moving = Obstacle { velocity: Vector2::new(-0.1, 0.0), ..pillar(0, [0.45, 0.0]) };
     let robots = [
-        neighbor(1, [0.8, 0.0]),
-        Neighbor { arrived: true, ..neighbor(2, [0.0, 1.0]) },
-        Neighbor { age_s: 3.0, ..neighbor(3, [0.0, -1.0]) },
+        neighbor(1, [0.5, 0.0]),
+        Neighbor { arrived: true, ..neighbor(2, [0.0, 0.5]) },
+        Neighbor { age_s: 3.0, ..neighbor(3, [0.0, -0.5]) },
+        // So far away that nothing comes of it in time.
+        neighbor(4, [-0.6, 0.0]),
     ];
     let mut planner = planner(Preset::Fleet);
     planner.look(&input([3.0, 0.0], &[moving], &robots), &own);
     let expected = [
-        Near::thing(&own, Point2::new(0.9, 0.0), 0.9 - 0.11 - 0.22, moving.velocity),
-        Near::robot(&own, Point2::new(0.8, 0.0), 0.8 - 0.22 - 0.22),
-        Near::thing(&own, Point2::new(0.0, 1.0), 1.0 - 0.22 - 0.22, Vector2::zeros()),
+        Near::thing(&own, Point2::new(0.45, 0.0), 0.45 - 0.11 - 0.22, moving.velocity),
+        Near::robot(&own, Point2::new(0.5, 0.0), 0.5 - 0.22 - 0.22),
+        Near::thing(&own, Point2::new(0.0, 0.5), 0.5 - 0.22 - 0.22, Vector2::zeros()),
     ];
     assert_eq!(planner.near, expected);
     // A margin to plan with does not make a body wider.
