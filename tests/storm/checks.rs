@@ -4,6 +4,7 @@ use crate::dice::MS;
 use crate::fleet::Fleet;
 use crate::plan::START_LIMIT_MS;
 use crate::shared::Shared;
+use crate::world::PATIENCE_NS;
 use bus::queue::BACKLOG_MAX;
 use daemon::coordinator::WAITING_MAX;
 use model::{Drive, EventKind, EventName, Mode, ProcessState, RobotIndex, RobotInstance};
@@ -24,16 +25,23 @@ const WAITS_NS: u64 = 2 * START_LIMIT_MS * MS + 5000 * MS;
 pub(crate) struct Checks {
     participants: Vec<RobotInstance>,
     states: Vec<RobotState>,
-    /// Those whom the world waits for before it opens a tick, and since when, as the daemon's time goes.
+    /// How long the daemon was awake until the last look.
+    daemon_awake_ns: u64,
+    /// How long both were awake.
+    awake_ns: u64,
+    /// Those whom the world waits for before it opens a tick, and since when, as that time goes.
     awaited: BTreeMap<RobotInstance, u64>,
 }
 
 impl Checks {
-    /// The world never waits without a bound: a process that does not come up is given up.
+    /// The world never waits without a bound: a process that does not come up is given up. What counts is the time in which
+    /// neither the daemon nor the world was stopped; a world that is awake looks at least every [`PATIENCE_NS`].
     pub(crate) fn waited(&mut self, missing: &[RobotInstance], daemon_awake_ns: u64) {
+        let passed_ns = daemon_awake_ns - std::mem::replace(&mut self.daemon_awake_ns, daemon_awake_ns);
+        self.awake_ns += passed_ns.min(PATIENCE_NS);
         self.awaited.retain(|instance, _| missing.contains(instance));
         for instance in missing {
-            let waits_ns = daemon_awake_ns - *self.awaited.entry(*instance).or_insert(daemon_awake_ns);
+            let waits_ns = self.awake_ns - *self.awaited.entry(*instance).or_insert(self.awake_ns);
             assert!(waits_ns <= WAITS_NS, "the world has been waiting for {instance:?} for {} ms", waits_ns / MS);
         }
     }

@@ -15,7 +15,8 @@ use world_sim::World;
 use world_sim::attendance::{Attendance, PATIENCE, command_of, command_of_tick};
 use world_sim::pace::Pace;
 
-const PATIENCE_NS: u64 = PATIENCE.as_nanos() as u64;
+/// A world that is awake looks at least this often, ns.
+pub(crate) const PATIENCE_NS: u64 = PATIENCE.as_nanos() as u64;
 /// How long the world waits for a daemon that has not taken its last notices.
 const FAREWELL_NS: u64 = 1000 * MS;
 
