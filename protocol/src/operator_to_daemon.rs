@@ -106,6 +106,7 @@ pub struct RobotStatus {
     /// Its name.
     pub id: String,
     /// Its index.
+    #[serde(rename = "slot")]
     pub index: RobotIndex,
     /// Its incarnation.
     pub incarnation: u32,

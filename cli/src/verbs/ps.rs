@@ -192,5 +192,10 @@ mod tests {
         let stopped = Status { world_state: ProcessState::Stopped, tick_age_s: Some(3.21), ..status };
         assert_eq!(world_words(&stopped), " (stopped), last tick 3.2 s ago");
         assert_eq!((&json["fleet"], &json["robots"][1]["pid"]), (&json!("abcd234"), &json!(4701)));
+        let absent = &json["robots"][3];
+        assert_eq!(
+            (&absent["slot"], &absent["state"], &absent["position_m"]),
+            (&json!(3), &json!("awaited"), &json!(null))
+        );
     }
 }
