@@ -198,7 +198,7 @@ impl Planner for AmrApf {
         }
         let own = unicycle::own(input, self.heading_rad, self.params.sgn_zero);
         let aside = self.detour.step(&self.params, input);
-        let mut sum = if aside.is_some() { self.pushes(input, &own) } else { self.sum(input, &own) };
+        let mut sum = self.sum(input, &own, aside.is_some());
         let mut crowds = clusters::Crowds { force: Vector2::zeros(), stop: false };
         if aside.is_none() {
             crowds = self.crowds(input, &own, sum.near);
@@ -214,7 +214,6 @@ impl Planner for AmrApf {
         let force = attraction + self.settle(sum.obstacles) + (sum.robots + crowds.force);
         let mut twist = self.command(force, &sum, input);
         if self.params.keep_m > 0.0 {
-            self.look(input, &own);
             twist = brake(twist, &self.near, self.params.keep_m, input);
         }
         self.stuck_flag |= sum.yields;
@@ -247,73 +246,65 @@ impl AmrApf {
         }
     }
 
-    /// The obstacles and the robots, real and virtual (Eqs. 5, 8 and 9).
-    fn sum(&mut self, input: &PlanInput<'_>, own: &Own) -> Sum {
+    /// The obstacles and the robots, real and virtual (Eqs. 5, 8 and 9); during a detour only what is real, and only
+    /// straight away from it. Also collects what is there to brake for.
+    fn sum(&mut self, input: &PlanInput<'_>, own: &Own, detour: bool) -> Sum {
         let mut sum = Sum::default();
+        let mut near = std::mem::take(&mut self.near);
+        near.clear();
+        let keep_m = self.params.keep_m;
+        let brakes = keep_m > 0.0;
         for obstacle in nearest_by_id(input.obstacles, own.position) {
-            self.add_obstacle(&mut sum, input, own, &obstacle);
+            let at = obstacle.shape.nearest_core(own.position);
+            if detour {
+                sum.obstacles += self.push_away(own, at, self.rho_o(input, &obstacle), own.heading_rad);
+            } else {
+                self.add_obstacle(&mut sum, input, own, &obstacle, at);
+            }
+            if brakes {
+                let clear_m = (at - own.position).norm() - obstacle.shape.radius - input.radius_m;
+                if clear_m <= reach_m(keep_m, obstacle.velocity.norm(), input) {
+                    near.push(Near::thing(own, at, clear_m, obstacle.velocity));
+                }
+            }
         }
-        if self.params.pillar_gaps != PillarGaps::Off {
+        if !detour && self.params.pillar_gaps != PillarGaps::Off {
             self.add_pillar_gaps(&mut sum, input, own);
         }
+        let robots_within_m = reach_m(keep_m, 0.0, input);
         for neighbor in input.neighbors {
-            if let Some(other) = self.other(neighbor, input) {
+            let Some(other) = self.other(neighbor, input) else { continue };
+            if detour {
+                sum.robots += self.push_away(own, other.position, other.rho_m, other.apart_rad);
+            } else {
                 self.add_robot(&mut sum, own, &other);
-                // Eq. 9 asks for fixed things: a robot that only waits is none.
+                // Eq. 9 asks for fixed things: a robot that only waits is not one.
                 if neighbor.arrived && self.params.traps != Traps::Off {
                     self.add_traps(&mut sum, input, own, neighbor, &other);
                 }
             }
-        }
-        sum
-    }
-
-    /// The same during a detour: only what is real, and only straight away from it.
-    fn pushes(&self, input: &PlanInput<'_>, own: &Own) -> Sum {
-        let mut sum = Sum::default();
-        let push = |at: Point2<f64>, rho: f64, apart_rad: f64| {
-            let sight = own.sight(at, apart_rad);
-            own.away(self.params.push(sight.distance_m, self.params.zone(rho)), &sight)
-        };
-        for obstacle in nearest_by_id(input.obstacles, own.position) {
-            let at = obstacle.shape.nearest_core(own.position);
-            sum.obstacles += push(at, self.rho_o(input, &obstacle), own.heading_rad);
-        }
-        for other in input.neighbors.iter().filter_map(|neighbor| self.other(neighbor, input)) {
-            sum.robots += push(other.position, other.rho_m, other.apart_rad);
-        }
-        sum
-    }
-
-    /// Collects what is there to brake for.
-    fn look(&mut self, input: &PlanInput<'_>, own: &Own) {
-        let mut near = std::mem::take(&mut self.near);
-        near.clear();
-        let keep_m = self.params.keep_m;
-        for obstacle in nearest_by_id(input.obstacles, own.position) {
-            let at = obstacle.shape.nearest_core(own.position);
-            let clear_m = (at - own.position).norm() - obstacle.shape.radius - input.radius_m;
-            if clear_m > reach_m(keep_m, obstacle.velocity.norm(), input) {
-                continue;
+            if brakes {
+                let clear_m = (other.position - own.position).norm() - neighbor.radius_m - input.radius_m;
+                if clear_m <= robots_within_m {
+                    near.push(match neighbor.arrived {
+                        true => Near::thing(own, other.position, clear_m, Vector2::zeros()),
+                        false => Near::robot(own, other.position, clear_m),
+                    });
+                }
             }
-            near.push(Near::thing(own, at, clear_m, obstacle.velocity));
-        }
-        for neighbor in input.neighbors {
-            let Some(other) = self.other(neighbor, input) else { continue };
-            let clear_m = (other.position - own.position).norm() - neighbor.radius_m - input.radius_m;
-            if clear_m > reach_m(keep_m, 0.0, input) {
-                continue;
-            }
-            near.push(match neighbor.arrived {
-                true => Near::thing(own, other.position, clear_m, Vector2::zeros()),
-                false => Near::robot(own, other.position, clear_m),
-            });
         }
         self.near = near;
+        sum
     }
 
-    fn add_obstacle(&self, sum: &mut Sum, input: &PlanInput<'_>, own: &Own, obstacle: &Obstacle) {
-        let at = obstacle.shape.nearest_core(own.position);
+    /// The push of Eq. 2 straight away from a thing at `at`, without a side.
+    fn push_away(&self, own: &Own, at: Point2<f64>, rho: f64, apart_rad: f64) -> Vector2<f64> {
+        let sight = own.sight(at, apart_rad);
+        own.away(self.params.push(sight.distance_m, self.params.zone(rho)), &sight)
+    }
+
+    /// `at` is the point of its core that is nearest to the robot.
+    fn add_obstacle(&self, sum: &mut Sum, input: &PlanInput<'_>, own: &Own, obstacle: &Obstacle, at: Point2<f64>) {
         let rho = self.rho_o(input, obstacle);
         let apart = own.heading_rad;
         sum.obstacles += self.settle(field::obstacle(&self.params, own, at, rho, apart, false));

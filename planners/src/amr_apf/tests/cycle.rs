@@ -203,7 +203,7 @@ fn forces_add_up() {
         robots[0].arrived = arrived;
         let mut planner = planner_of(params.clone(), 0);
         let scene = input(goal, &discs, &robots);
-        let sum = planner.sum(&scene, &own);
+        let sum = planner.sum(&scene, &own, false);
         let rho_o = 0.33 + params.safety_m;
         let push = |at: [f64; 2], rho| obstacle(&params, &own, at.into(), rho, 0.0, false);
         let others = robots.map(|it| planner.other(&it, &scene).expect("it is known"));
@@ -227,14 +227,14 @@ fn forces_add_up() {
     let params = preset(Preset::H);
     let discs = [pillar(0, [0.6, -0.3])];
     let robots = [Neighbor { arrived: true, ..neighbor(1, [0.6, 0.5]) }];
-    let sum = planner_of(params.clone(), 0).sum(&input(goal, &discs, &robots), &own);
+    let sum = planner_of(params.clone(), 0).sum(&input(goal, &discs, &robots), &own, false);
     let expected = obstacle(&params, &own, Point2::new(0.6, -0.3), 0.43, 0.0, false)
         + obstacle(&params, &own, Point2::new(0.6, 0.1), 0.32 + 0.8 / 3.0, 0.0, false);
     assert_near(sum.obstacles, expected.into(), "the later program");
     // Beyond 2 ρ_r = 1.08 the parked robot makes no trap.
     let robots = [Neighbor { arrived: true, ..neighbor(1, [1.0, 0.5]) }];
     let discs = [pillar(0, [0.5, -0.1])];
-    let sum = planner_of(params.clone(), 0).sum(&input(goal, &discs, &robots), &own);
+    let sum = planner_of(params.clone(), 0).sum(&input(goal, &discs, &robots), &own, false);
     assert_near(sum.obstacles, obstacle(&params, &own, Point2::new(0.5, -0.1), 0.43, 0.0, false).into(), "too far");
 }
 
@@ -270,7 +270,7 @@ fn gaps_between_pillars_add_up() {
         let closed = params.pillar_gaps == PillarGaps::Midpoint;
         assert_eq!(closed, matches!(which, Preset::Fleet | Preset::Fixed));
         let middle = if closed { push([0.6, 0.0]) } else { Vector2::zeros() };
-        let sum = planner_of(params.clone(), 0).sum(&input(goal, &discs, &[]), &own);
+        let sum = planner_of(params.clone(), 0).sum(&input(goal, &discs, &[]), &own, false);
         assert_near(sum.obstacles, (push([0.6, 0.25]) + push([0.6, -0.25]) + middle).into(), "pillars");
     }
 }
@@ -340,7 +340,7 @@ fn stops() {
 fn what_is_near_and_what_blocks() {
     let own = own(0.0, [3.0, 0.0]);
     let of = |obstacles: &[Obstacle], neighbors: &[Neighbor]| {
-        let sum = planner(Preset::Fixed).sum(&input([3.0, 0.0], obstacles, neighbors), &own);
+        let sum = planner(Preset::Fixed).sum(&input([3.0, 0.0], obstacles, neighbors), &own, false);
         (sum.near, sum.blocked)
     };
     for (d, bearing_deg, expected) in [
@@ -386,7 +386,7 @@ fn what_the_default_brakes_for() {
         neighbor(4, [-0.6, 0.0]),
     ];
     let mut planner = planner(Preset::Fleet);
-    planner.look(&input([3.0, 0.0], &[moving], &robots), &own);
+    planner.sum(&input([3.0, 0.0], &[moving], &robots), &own, false);
     let expected = [
         Near::thing(&own, Point2::new(0.45, 0.0), 0.45 - 0.11 - 0.22, moving.velocity),
         Near::robot(&own, Point2::new(0.5, 0.0), 0.5 - 0.22 - 0.22),
@@ -395,7 +395,7 @@ fn what_the_default_brakes_for() {
     assert_eq!(planner.near, expected);
     // A margin to plan with does not make a body wider.
     let mut wide = planner_of(Params { margin_m: 0.1, ..preset(Preset::Fleet) }, 0);
-    wide.look(&input([3.0, 0.0], &[moving], &robots), &own);
+    wide.sum(&input([3.0, 0.0], &[moving], &robots), &own, false);
     assert_eq!(wide.near, expected);
     let far = [pillar(0, [2.5, 0.0])];
     for (keep_m, expected_mps) in [(0.0, 0.2), (2.0, 0.2), (2.15, 0.1), (2.2, 0.0)] {
