@@ -123,7 +123,7 @@ struct Index {
     /// Of each metric its place among the metrics that are kept by robot.
     place: [Option<usize>; Metric::ALL.len()],
     metrics: usize,
-    /// By robot and place: the strip, plus one; 0 is none.
+    /// By robot and place: the index of the strip plus one, or 0 without one.
     of: Vec<u16>,
     /// By strip: the robot and place that it belongs to, and when it was last used, ns.
     used: Vec<(usize, u64)>,

@@ -15,7 +15,7 @@ pub fn memory_needed(robots: u64) -> u64 {
     (3 << 20) + robots * (768 << 10)
 }
 
-/// What the control groups of this process leave. `None` is no limit.
+/// What the control groups of this process leave. `None` means unlimited.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Groups {
     /// Processes and threads that may still be started.

@@ -35,6 +35,16 @@ pub enum Partner {
     Obstacle(u32),
 }
 
+impl Partner {
+    /// Its name, or `obstacle` and its place. `name` knows the robots.
+    pub fn words(self, name: &dyn Fn(RobotIndex) -> String) -> String {
+        match self {
+            Partner::Robot(other) => name(other),
+            Partner::Obstacle(place) => format!("obstacle {place}"),
+        }
+    }
+}
+
 /// How a process that should answer does not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Silence {
@@ -114,7 +124,7 @@ events! {
     } = "task-done";
     /// The robot reached its last goal, for the first time.
     Arrived = "arrived";
-    /// The robot was at its last goal, and is no more.
+    /// The robot had arrived at its last goal and left its tolerance.
     OffGoal {
         /// How far from it, m.
         distance_m: f64,
@@ -218,8 +228,7 @@ impl EventKind {
             }
             EventKind::TaskDone { source } => source.to_string(),
             EventKind::OffGoal { distance_m } => format!("{distance_m:.3} m"),
-            EventKind::Contact { with: Partner::Robot(other), .. } => format!("with {}", name(*other)),
-            EventKind::Contact { with: Partner::Obstacle(place), .. } => format!("with obstacle {place}"),
+            EventKind::Contact { with, .. } => format!("with {}", with.words(name)),
             EventKind::Killed => "timeline".to_owned(),
             EventKind::Died { signal, code, words } => {
                 let ending = match (signal, code) {
@@ -259,7 +268,7 @@ impl EventName {
         matches!(self, EventName::Held | EventName::Dropped)
     }
 
-    /// Whether it is worth a line at `tick`: at the start everybody joins, and who has arrived and touched is told otherwise.
+    /// Whether the event gets a line of its own at `tick`. Joins at the start do not, and arrivals and contacts are counted.
     pub fn is_notable(self, tick: u64) -> bool {
         match self {
             EventName::Joined => tick > 0,

@@ -41,6 +41,12 @@ impl Range {
     /// Above 0, or infinite.
     pub const UNLIMITED: Range = Range { infinite: true, ..Range::POSITIVE };
 
+    /// Whether this number is allowed; what is not a number never is.
+    pub fn contains(&self, number: f64) -> bool {
+        let above = if self.min_included { number >= self.min } else { number > self.min };
+        above && (number <= self.max || self.infinite && number == f64::INFINITY)
+    }
+
     /// This number or more, up to one that only keeps out mistakes.
     pub const fn at_least(min: f64, max: f64) -> Range {
         Range { min, min_included: true, max, roomy: true, infinite: false }
@@ -226,9 +232,8 @@ impl Kind {
     /// With that sentence.
     pub fn check(&self, value: &ParamValue) -> Result<(), String> {
         let fits = match (*self, value) {
-            // A comparison with NaN is false, so what is not a number does not fit either.
-            (Kind::Float(range), ParamValue::Float(x)) => x.is_finite() && (range.min..=range.max).contains(x),
-            (Kind::Float(range), ParamValue::Int(n)) => (range.min..=range.max).contains(&(*n as f64)),
+            (Kind::Float(range), ParamValue::Float(x)) => range.contains(*x),
+            (Kind::Float(range), ParamValue::Int(n)) => range.contains(*n as f64),
             (Kind::Int { min, max }, ParamValue::Int(n)) => (min..=max).contains(&(*n).into()),
             (Kind::Bool, ParamValue::Bool(_)) => true,
             (Kind::Choice(words), ParamValue::Choice(word)) => words.contains(&word.as_str()),
@@ -258,7 +263,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// What a key means when nobody gives it.
+/// The value of a key that is not given.
 #[derive(Clone, Copy, Debug)]
 pub enum Preset {
     /// The key must be given.

@@ -9,7 +9,7 @@ use std::ops::{Index, IndexMut};
 
 /// Declares such an enum and its array: `Variant = "its field in reports", "its words in tables";`. The doc comment is its
 /// help. As a map the array has a field per key; a missing field is the default, an unknown one is passed over.
-macro_rules! keys {
+macro_rules! measures {
     (
         $(#[$about:meta])* enum $name:ident;
         $(#[$table_about:meta])* struct $table:ident;
@@ -109,7 +109,7 @@ macro_rules! keys {
     };
 }
 
-keys! {
+measures! {
     /// What is measured in the loop, in a histogram of its own.
     enum Metric;
     /// A value for each [`Metric`].
@@ -138,7 +138,7 @@ impl Metric {
     }
 }
 
-keys! {
+measures! {
     /// Why a period was late.
     enum Cause;
     /// A value for each [`Cause`].

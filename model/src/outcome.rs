@@ -67,50 +67,32 @@ pub struct RobotOutcome {
     pub gone: Option<Gone>,
 }
 
-/// Why a robot is not there at the end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Gone {
-    /// It left, as it was asked to.
-    Left,
-    /// It did not answer and was taken out.
-    Dropped,
-    /// Its process ended and was not started again.
-    Dead,
-    /// It never entered the world.
-    NeverJoined,
-}
-
-impl Gone {
-    /// Its word in reports.
-    pub fn word(self) -> &'static str {
-        match self {
-            Gone::Left => "left",
-            Gone::Dropped => "dropped",
-            Gone::Dead => "dead",
-            Gone::NeverJoined => "never-joined",
-        }
+crate::choice! {
+    /// Why a robot is not there at the end.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Gone {
+        /// It left, as it was asked to.
+        Left = "left",
+        /// It did not answer and was taken out.
+        Dropped = "dropped",
+        /// Its process ended and was not started again.
+        Dead = "dead",
+        /// It never entered the world.
+        NeverJoined = "never-joined",
     }
 }
 
-/// How a robot gets nowhere. What counts as progress is said where it is judged, in the world's `progress`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Stall {
-    /// It stands.
-    Deadlocked,
-    /// It drives, but comes no nearer.
-    Livelocked,
-    /// It drives, but reverses all the time.
-    Oscillating,
-}
-
-impl Stall {
-    /// Its word in reports.
-    pub fn word(self) -> &'static str {
-        match self {
-            Stall::Deadlocked => "deadlocked",
-            Stall::Livelocked => "livelocked",
-            Stall::Oscillating => "oscillating",
-        }
+crate::choice! {
+    /// How a robot makes no progress, as the module `progress` of the world judges it.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Stall {
+        /// It stands.
+        Deadlocked = "deadlocked",
+        /// It drives, but comes no nearer.
+        Livelocked = "livelocked",
+        /// It drives, but reverses all the time.
+        Oscillating = "oscillating",
     }
 }

@@ -7,7 +7,7 @@ crate::choice! {
     #[derive(Default, Serialize, Deserialize)]
     #[serde(rename_all = "kebab-case")]
     pub enum ProcessState {
-        /// There is none, and none is wanted yet.
+        /// Not started yet, and not needed yet.
         #[default]
         Awaited = "awaited",
         /// Started, not yet in the world.
@@ -16,7 +16,7 @@ crate::choice! {
         Running = "running",
         /// Stopped by the timeline.
         Paused = "paused",
-        /// Stopped by somebody else.
+        /// Stopped by a signal from outside the fleet.
         Stopped = "stopped",
         /// Its robot left the world as it should.
         Left = "left",
@@ -51,5 +51,22 @@ crate::choice! {
         GaveUp = "gave-up",
         /// It was not there at the end.
         Gone = "gone",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{AtEnd, BodyKind, Gone, Mode, PlanState, ProcessState, RobotState, Stall, Stop, StragglerPolicy};
+
+    #[test]
+    fn the_word_in_json_is_the_word_in_tables() {
+        macro_rules! check {
+            ($($choice:ty)+) => {
+                $(for choice in <$choice>::ALL {
+                    assert_eq!(serde_json::to_value(choice).unwrap(), choice.word());
+                })+
+            };
+        }
+        check! { AtEnd BodyKind Gone Mode PlanState ProcessState RobotState Stall Stop StragglerPolicy }
     }
 }

@@ -46,7 +46,7 @@ impl From<&ParamValue> for Value {
 }
 
 impl Value {
-    /// As the value of a parameter; lists are none.
+    /// As the value of a parameter; `None` for a list.
     pub fn to_param(&self) -> Option<ParamValue> {
         match self {
             Value::Float(x) => Some(ParamValue::Float(*x)),

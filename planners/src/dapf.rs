@@ -217,7 +217,6 @@ mod tests {
     use super::*;
     use crate::planner::Obstacle;
     use geometry::Capsule;
-    use model::Limits;
 
     fn own(heading_rad: f64) -> Own {
         Own { position: Point2::origin(), heading_rad, goal: Point2::new(3.0, 0.0), sgn_zero: false }
@@ -279,30 +278,14 @@ mod tests {
             stopped: false,
         });
         let input = PlanInput {
-            tick: 0,
-            dt_s: 0.1,
-            position: Point2::origin(),
             yaw_rad: 0.4,
-            velocity: Vector2::zeros(),
             radius_m: 0.22,
-            kind: BodyKind::Unicycle,
-            limits: Limits {
-                speed_mps_max: 0.2,
-                reverse_mps_max: 0.0,
-                turning_radius_m_min: 0.0,
-                turn_radps_max: 1.0,
-                accel_mps2_max: f64::INFINITY,
-                turn_accel_radps2_max: f64::INFINITY,
-            },
             goal: Point2::new(3.0, 4.0),
             goal_tolerance_m: 0.07,
-            goal_yaw_rad: None,
-            goal_yaw_tolerance_rad: 0.1,
-            arrived: false,
             obstacles: &discs,
             neighbors: &robots,
             map: &discs,
-            arm: None,
+            ..crate::testing::input()
         };
         let plan = Dapf::new(Params::of(Variant::Lin), Identity { seed: 1, robot: 0, incarnation: 0 }).plan(&input);
         let away = |at: [f64; 2], rho: f64| {

@@ -18,6 +18,8 @@ pub mod pso_via_points;
 pub mod rpoa;
 pub mod steering;
 pub mod straight;
+#[cfg(test)]
+mod testing;
 
 pub use chassis::Chassis;
 pub use method::{Identity, Method, Symmetry};

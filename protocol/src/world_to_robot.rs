@@ -158,7 +158,7 @@ pub struct Piece {
     pub vy_mps: f64,
     /// The obstacle it belongs to: its index in the scenario, or the number of obstacles plus the index of the robot.
     pub obstacle: u32,
-    /// See [`Piece::robot`]; 0 is none, else the index of the robot plus one.
+    /// See [`Piece::robot`]: the index of the robot plus one, or 0 for an obstacle.
     pub robot: u32,
 }
 

@@ -5,8 +5,7 @@ use super::{
     RunFacts, SCHEMA, SchedulingReport, judge,
 };
 use model::{
-    Class, Event, EventKind, Gone, Mode, Partner, PlanState, Processes, RobotIndex, RobotOutcome, RobotState,
-    Scheduling, Stall,
+    Class, Event, EventKind, Gone, Mode, PlanState, Processes, RobotIndex, RobotOutcome, RobotState, Scheduling, Stall,
 };
 use std::collections::BTreeMap;
 
@@ -210,10 +209,7 @@ fn events_of(facts: &RunFacts) -> Vec<EventReport> {
                 kind: event.kind.name(),
                 robot: event.robot.map(|robot| name_of(facts, robot)),
                 detail: event.kind.detail(&|robot| name_of(facts, robot)),
-                with: contact.map(|(with, _)| match with {
-                    Partner::Robot(other) => name_of(facts, other),
-                    Partner::Obstacle(place) => format!("obstacle {place}"),
-                }),
+                with: contact.map(|(with, _)| with.words(&|robot| name_of(facts, robot))),
                 at_m: contact.map(|(_, touch)| touch.at_m),
                 touch_s: contact.map(|(_, touch)| touch.t_s),
             }

@@ -9,8 +9,7 @@ use bus::{
     Address, BusError, Counter, Gate, Node, Poses, RobotReader, RobotWriter, Sizes, StatsWriter, Strips, TickWait,
     WorldReader, clock, gate,
 };
-use model::Metric;
-use model::{Mode, RobotIndex, RobotInstance};
+use model::{Metric, Mode, RobotIndex, RobotInstance};
 use planners::{Plan, PlanInput, Planner};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_robot::AgentSpec;

@@ -275,13 +275,12 @@ fn nodes(
 }
 
 fn float(range: Range, number: f64, path: &str, origin: Origin, report: &mut Report) -> Option<f64> {
-    let fits = if range.min_included { number >= range.min } else { number > range.min };
-    if fits && (number <= range.max || range.infinite && number == f64::INFINITY) {
+    if range.contains(number) {
         return Some(number);
     }
     let message = match number {
         _ if number.is_nan() => format!("must be a number {range}, is nan"),
-        _ if fits => format!("must be at most {}, is {}", range.max, show(number)),
+        _ if number > range.max => format!("must be at most {}, is {}", range.max, show(number)),
         _ => format!("must be {range}, is {}", show(number)),
     };
     report.add(origin, path, message);

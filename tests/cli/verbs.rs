@@ -211,8 +211,8 @@ fn reproduction_can_be_interrupted() {
     assert_eq!(papers.last().map(|paper| &paper["complete"]), Some(&false.into()), "{ended}");
 }
 
-/// The bench of the loop stops its fleet again and again. Broken off, it lets the fleet go on to its end, and what it did to
-/// the fleet is no news.
+/// The bench of the loop stops its fleet again and again. Interrupted, it lets the fleet run to its end, and does not report
+/// its own stops as events.
 #[test]
 fn the_bench_of_the_loop_can_be_interrupted() {
     let _place = Place::take();

@@ -90,7 +90,7 @@ fn a_life_that_is_killed_while_it_makes_its_files() {
         signal(fleet.daemon(), Signal::INT);
         let ended = fleet.wait().expect(130);
         ended.event("died", "a");
-        // The other robot was not told of the half-made board: it has one life.
+        // The other robot was not told of the half-made board: it has one incarnation.
         let lives_before = |id: &str| {
             let mut robots = ended.report["per_robot"].as_array().unwrap().iter();
             robots.find(|robot| robot["id"] == id).unwrap()["incarnation"].as_u64().unwrap()

@@ -1,4 +1,4 @@
-//! The default of `amr-apf` brings everybody home without a contact in the paper's two experiments, from moved starts.
+//! With the default of `amr-apf` every robot arrives without a contact in the paper's two experiments, from moved starts.
 //!
 //! `SHOAL_AMR_STARTS` is the number of starts of each of the 27 fleets; two unless it is set. From the usual 30:
 //!
@@ -18,7 +18,7 @@ const MOVED_M: f64 = 0.02;
 #[expect(clippy::disallowed_methods, reason = "how many starts")]
 fn starts() -> u64 {
     let text = std::env::var("SHOAL_AMR_STARTS").ok();
-    text.map_or(2, |text| text.parse().unwrap_or_else(|_| panic!("SHOAL_AMR_STARTS={text} is no number")))
+    text.map_or(2, |text| text.parse().unwrap_or_else(|_| panic!("SHOAL_AMR_STARTS={text} is not a number")))
 }
 
 /// Case 1 with 1 to 15 robots, and the twelve layouts of case 2.
@@ -47,7 +47,7 @@ fn run(fleet: &Scenario, params: &ParamValues, seed: u64) -> Outcome {
     single::run(&scenario, &mut |_, _| ControlFlow::Continue(())).expect("the parameters fit")
 }
 
-/// Runs every fleet from all starts; nothing may touch, and nobody may stay behind.
+/// Runs every fleet from all starts; no contact is allowed, and every robot has to arrive.
 fn check(what: &str, params: &[(&str, ParamValue)]) {
     let params: ParamValues = params.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
     let mut wrong = Vec::new();

@@ -1,4 +1,4 @@
-//! What a run came to, recomputed from where everybody was at every tick, by other means than the world's: every pair
+//! What a run came to, recomputed from the place of every robot at every tick, by other means than the world's: every pair
 //! in every tick (no grid, no bounding boxes), closest approaches from the minimum of a parabola and from
 //! C. Ericson, "Real-Time Collision Detection", 5.1.9, insides from winding numbers, contacts from a memory of who
 //! overlaps whom, arrivals from a referee of its own.
@@ -15,7 +15,7 @@ use nalgebra::{Point2, Vector2};
 use std::collections::{HashSet, VecDeque};
 
 const TOUCH_M: f64 = 1e-9;
-/// What is said of arms is right to this, m, as long as nobody is faster than some metres per second.
+/// What is said of arms is right to this, m, as long as no robot is faster than some metres per second.
 pub const ARM_M: f64 = 1e-3;
 /// Instants of a tick at which arms are looked at.
 const INSTANTS: u32 = 200;

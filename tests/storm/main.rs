@@ -44,8 +44,8 @@ fn storm(seed: u64, robots: Option<usize>) -> Came {
     Fleet::new(seed, Plan::new(seed, robots)).run()
 }
 
-/// Storms of as many robots as their seeds want. `SHOAL_STORM_SEEDS` is the number of storms, `SHOAL_STORM_ROBOTS` that of the
-/// robots in each; asked like that, the test says what the storms came to:
+/// Storms; each seed chooses its number of robots. `SHOAL_STORM_SEEDS` sets the number of storms, `SHOAL_STORM_ROBOTS` the
+/// number of robots in each; with one of them the test prints what happened:
 ///
 /// `SHOAL_STORM_SEEDS=10000 SHOAL_STORM_ROBOTS=15 cargo test --release -p shoal-tests --test storm -- --nocapture any_storm`
 ///

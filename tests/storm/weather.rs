@@ -120,8 +120,8 @@ impl Fleet {
         let members = self.daemon.coordinator.members().len();
         // One more than there are: that of the last one is unknown.
         let slot = self.shared.dice.below(members + 1) as u32;
-        let robot =
-            if slot as usize == members { "nobody" } else { self.daemon.coordinator.name(RobotIndex(slot)) }.to_owned();
+        let robot = if slot as usize == members { "unknown" } else { self.daemon.coordinator.name(RobotIndex(slot)) }
+            .to_owned();
         let goal_m = [20.0 - self.shared.dice.below(40) as f64, self.shared.dice.below(40) as f64];
         let now = self.shared.dice.permille(50);
         self.operators.ask(Request::Task { robot, task: Task { goal: goal_m.into(), yaw_rad: None, now } });

@@ -68,8 +68,8 @@ impl Attendance {
         }
     }
 
-    /// This instance is not waited for any more; what that means is the world's business. A robot instance that is not in the world, or
-    /// not any more, is ignored: what is said of it must not fall on the robot that has its place later.
+    /// This instance is not waited for any more; the world decides what that means. An instance that is not in the world, or
+    /// not any more, is ignored: a message about it must not affect the instance that takes its place later.
     pub fn give_up(
         &mut self,
         world: &mut World,

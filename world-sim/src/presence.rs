@@ -21,7 +21,7 @@ use std::fmt;
 /// Where a robot is in its life. Ticks are the first of the state that they lead to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// There is no robot of this index.
+    /// No robot has this index.
     Vacant,
     /// Not in the world yet.
     Awaited {

@@ -11,8 +11,7 @@ use bus::{
     Address, BusError, FramePublisher, Gate, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
     StatsWriter, Strips, WorldWriter, clock, gate,
 };
-use model::Metric;
-use model::{Drive, Mode, RobotIndex, RobotInstance, Scenario};
+use model::{Drive, Metric, Mode, RobotIndex, RobotInstance, Scenario};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_world::Absence;
 use protocol::robot_to_world::Command;
@@ -273,9 +272,9 @@ impl Shell {
         }
     }
 
-    /// Before the first period of `realtime`: everybody opens the boards of those whom it will hear in the second, which
-    /// takes as long as many periods. An agent that is not done within the limit of stragglers does the rest later. A robot that
-    /// died before it was ready is not among them: what there is of its board may be half made.
+    /// Before the first period of `realtime` every agent opens the boards of the robots that it will hear in the second, which
+    /// takes several periods. An agent that is not done within the limit of stragglers does the rest later. A robot that died
+    /// before it was ready is left out: its board may be half made.
     fn meet(&mut self) {
         let mut foreseen = self.world.foreseen();
         for (_, neighbors) in &mut foreseen {

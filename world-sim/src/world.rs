@@ -170,8 +170,8 @@ impl World {
         }
     }
 
-    /// Whether this is the present life of a robot, with a process that runs or is on its way: what is said of any other
-    /// instance is about nobody.
+    /// Whether this is the present incarnation of a robot, with a process that runs or is about to start. Messages about any
+    /// other instance are ignored.
     pub fn has_process(&self, instance: RobotInstance) -> bool {
         let presence = self.presences.get(instance.index.at());
         presence.is_some_and(|presence| presence.instance() == instance && presence.has_process())
@@ -532,7 +532,7 @@ impl World {
     }
 }
 
-/// Whether an order that has not taken effect yet means that nobody needs to wait for a robot instance.
+/// Whether an order that has not taken effect yet means that the tick need not wait for a robot instance.
 fn excuses(order: &Order, instance: RobotInstance) -> bool {
     match order {
         // A process that is stopped may go on; it is waited for until it is overdue.

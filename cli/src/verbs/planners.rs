@@ -91,7 +91,7 @@ fn explain(page: &mut Page, method: &Method) {
     page.line(&format!("  shoal run --planner {0} --set planners.{0}.{name}={default}", method.name));
 }
 
-/// As TOML; a number with its point, so that nobody takes it for a whole one.
+/// As TOML; a real number keeps its decimal point, which tells it from a whole number.
 fn toml(value: &value::Value) -> String {
     match value {
         value::Value::Float(number) => format!("{number:?}"),

@@ -4,7 +4,7 @@ use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 
 const ALL_READY: &dyn Fn(RobotInstance) -> bool = &|_| true;
 const NEVER_WAITED: &dyn Fn(u32) -> Duration = &|_| Duration::ZERO;
-const NOBODY_NEAR: &dyn Fn([f64; 2], f64) -> Option<RobotIndex> = &|_, _| None;
+const FREE_PLACE: &dyn Fn([f64; 2], f64) -> Option<RobotIndex> = &|_, _| None;
 
 fn instance(slot: u32, incarnation: u32) -> RobotInstance {
     RobotInstance { index: RobotIndex(slot), incarnation }
@@ -224,7 +224,7 @@ fn notices_that_did_not_come_are_said_and_answers_among_them_are_not_taken_for_r
     assert_eq!(said(&mut coordinator, 0, 0), [""; 0]);
     assert_eq!(said(&mut coordinator, 12, 0), ["12"]);
     assert_eq!(said(&mut coordinator, 12, 0), [""; 0], "once");
-    coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
+    coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE);
     coordinator.take_actions();
     assert_eq!(said(&mut coordinator, 15, 2), ["3", "2"]);
     coordinator.stopping();
@@ -342,27 +342,27 @@ fn answer(coordinator: &mut Coordinator, ticket: Ticket, refused: Option<&str>) 
 #[test]
 fn operators_are_served_or_told_why_not() {
     let mut coordinator = running(&["fleet.max_robots=3"]);
-    assert!(refusal(coordinator.request(&add("east", [0.0, -2.0]), NOBODY_NEAR)).contains("taken"));
+    assert!(refusal(coordinator.request(&add("east", [0.0, -2.0]), FREE_PLACE)).contains("taken"));
     let near: &dyn Fn([f64; 2], f64) -> Option<RobotIndex> = &|_, _| Some(RobotIndex(1));
     assert!(refusal(coordinator.request(&add("north", [0.0, -2.0]), near)).contains("is in the way"));
     assert_eq!(coordinator.take_actions(), []);
-    let added = coordinator.request(&add("north", [0.0, -2.0]), NOBODY_NEAR);
+    let added = coordinator.request(&add("north", [0.0, -2.0]), FREE_PLACE);
     assert_eq!(added, Answer::Later(Ticket::Admit(RobotIndex(2))));
     assert!(matches!(&coordinator.take_actions()[..], [Action::Order(Order::Admit { index: RobotIndex(2), .. })]));
-    assert!(refusal(coordinator.request(&add("south", [0.0, -2.0]), NOBODY_NEAR)).contains("full"));
+    assert!(refusal(coordinator.request(&add("south", [0.0, -2.0]), FREE_PLACE)).contains("full"));
 
-    assert_eq!(coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR), Answer::Later(Ticket::Task(TaskId(0))));
-    assert!(refusal(coordinator.request(&task("nobody", [0.0, 1.0]), NOBODY_NEAR)).contains("unknown robot"));
-    assert!(refusal(coordinator.request(&task("north", [1e9, 1.0]), NOBODY_NEAR)).contains("outside"));
+    assert_eq!(coordinator.request(&task("north", [0.0, 1.0]), FREE_PLACE), Answer::Later(Ticket::Task(TaskId(0))));
+    assert!(refusal(coordinator.request(&task("nobody", [0.0, 1.0]), FREE_PLACE)).contains("unknown robot"));
+    assert!(refusal(coordinator.request(&task("north", [1e9, 1.0]), FREE_PLACE)).contains("outside"));
 }
 
 #[test]
 fn an_operator_is_answered_when_the_world_has_decided() {
     let mut coordinator = running(&["fleet.max_robots=4"]);
     let (north, first, second) = (Ticket::Admit(RobotIndex(2)), Ticket::Task(TaskId(0)), Ticket::Task(TaskId(1)));
-    coordinator.request(&add("north", [0.0, -2.0]), NOBODY_NEAR);
-    coordinator.request(&task("north", [0.0, 1.0]), NOBODY_NEAR);
-    coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
+    coordinator.request(&add("north", [0.0, -2.0]), FREE_PLACE);
+    coordinator.request(&task("north", [0.0, 1.0]), FREE_PLACE);
+    coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE);
     pass(&mut coordinator, 10..=12, ALL_READY);
     assert_eq!(replies(&mut coordinator), [], "nothing is known yet");
     answer(&mut coordinator, north, None);
@@ -376,13 +376,13 @@ fn an_operator_is_answered_when_the_world_has_decided() {
     coordinator.stopping();
     coordinator.refuse_waiting();
     assert_eq!(replies(&mut coordinator), [(second, "robot `east`: the run is over".to_owned())]);
-    assert_eq!(refusal(coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR)), "the run is over");
+    assert_eq!(refusal(coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE)), "the run is over");
 }
 
 #[test]
 fn a_world_that_does_not_answer_is_not_waited_for_without_end() {
     let mut coordinator = running(&[]);
-    coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
+    coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE);
     pass(&mut coordinator, 10..=13, ALL_READY);
     assert_eq!(replies(&mut coordinator), []);
     pass(&mut coordinator, 14..=20, ALL_READY);
@@ -390,13 +390,13 @@ fn a_world_that_does_not_answer_is_not_waited_for_without_end() {
     assert!(told.len() == 1 && told[0].1.starts_with("task 0 for robot `east`: not confirmed"), "{told:?}");
     // One answer to a request, and the order still counts as waiting.
     for task_number in 1..WAITING_MAX {
-        let answer = coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR);
+        let answer = coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE);
         assert_eq!(answer, Answer::Later(Ticket::Task(TaskId(task_number as u32))));
     }
-    assert!(refusal(coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR)).contains("wait for the world"));
+    assert!(refusal(coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE)).contains("wait for the world"));
     answer(&mut coordinator, Ticket::Task(TaskId(0)), None);
     assert_eq!(replies(&mut coordinator), []);
-    assert!(matches!(coordinator.request(&task("east", [0.0, 1.0]), NOBODY_NEAR), Answer::Later(_)));
+    assert!(matches!(coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE), Answer::Later(_)));
     coordinator.stopping();
     coordinator.refuse_waiting();
     assert_eq!(replies(&mut coordinator).len(), WAITING_MAX);
@@ -406,12 +406,12 @@ fn a_world_that_does_not_answer_is_not_waited_for_without_end() {
 fn a_robot_that_the_world_refuses_was_never_there() {
     let mut coordinator = running(&["fleet.max_robots=5"]);
     for (id, y_m) in [("n", -2.0), ("s", -3.0), ("w", -4.0)] {
-        coordinator.request(&add(id, [0.0, y_m]), NOBODY_NEAR);
+        coordinator.request(&add(id, [0.0, y_m]), FREE_PLACE);
     }
     answer(&mut coordinator, Ticket::Admit(RobotIndex(2)), None);
     answer(&mut coordinator, Ticket::Admit(RobotIndex(3)), Some("no"));
     assert_eq!(coordinator.members().len(), 5, "places in lists are kept");
     answer(&mut coordinator, Ticket::Admit(RobotIndex(4)), Some("no"));
     assert_eq!((coordinator.members().len(), coordinator.scenario().robots.len()), (3, 3));
-    assert_eq!(coordinator.request(&add("s", [0.0, -3.0]), NOBODY_NEAR), Answer::Later(Ticket::Admit(RobotIndex(3))));
+    assert_eq!(coordinator.request(&add("s", [0.0, -3.0]), FREE_PLACE), Answer::Later(Ticket::Admit(RobotIndex(3))));
 }

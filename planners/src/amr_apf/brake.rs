@@ -64,39 +64,13 @@ pub(crate) fn brake(twist: Twist, near: &[Near], keep_m: f64, input: &PlanInput<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model::{BodyKind, Limits};
+    use crate::testing::{self, LIMITS};
+    use model::Limits;
     use std::f64::consts::FRAC_PI_2;
-
-    const LIMITS: Limits = Limits {
-        speed_mps_max: 0.2,
-        reverse_mps_max: 0.0,
-        turning_radius_m_min: 0.0,
-        turn_radps_max: 1.0,
-        accel_mps2_max: f64::INFINITY,
-        turn_accel_radps2_max: f64::INFINITY,
-    };
 
     /// At the origin, facing +x, ticks of 0.1 s.
     fn input(limits: Limits) -> PlanInput<'static> {
-        PlanInput {
-            tick: 0,
-            dt_s: 0.1,
-            position: Point2::origin(),
-            yaw_rad: 0.0,
-            velocity: Vector2::zeros(),
-            radius_m: 0.2,
-            kind: BodyKind::Unicycle,
-            limits,
-            goal: Point2::new(9.0, 0.0),
-            goal_tolerance_m: 0.1,
-            goal_yaw_rad: None,
-            goal_yaw_tolerance_rad: 0.1,
-            arrived: false,
-            obstacles: &[],
-            neighbors: &[],
-            map: &[],
-            arm: None,
-        }
+        PlanInput { limits, ..testing::input() }
     }
 
     const OWN: Own =

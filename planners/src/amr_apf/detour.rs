@@ -1,7 +1,7 @@
 //! The way out of a standstill, which the paper lacks: a robot that comes no nearer to its goal drives aside for a while.
 //!
-//! During a detour the pull of the goal is turned, and all else only pushes away: no sides, no virtual obstacles, nobody
-//! to wait for. Angle, side and length are random, so that robots that hold each other up do not do the same for ever; a
+//! During a detour the pull of the goal is turned, and all else only pushes away: no sides, no virtual obstacles, no
+//! waiting. Angle, side and length are random, so that robots that hold each other up do not do the same for ever; a
 //! trap that several detours did not lead out of gets longer ones.
 
 use super::{Params, ROUNDING_S};
@@ -32,7 +32,7 @@ pub(crate) struct Detour {
     /// How long it has been no less, s, and for how many times `patience_s` that is put up with.
     stalled_s: f64,
     patience: f64,
-    /// How long the detour still takes, s, and by how much the pull is turned meanwhile, rad.
+    /// How long the detour still takes, s, and by how much the pull is turned during it, rad.
     left_s: f64,
     aside_rad: f64,
     /// Detours since the robot was nearer to its goal than ever before.
@@ -80,7 +80,7 @@ impl Detour {
         } else {
             self.stalled_s += input.dt_s;
         }
-        // Who turns slowly comes no nearer meanwhile.
+        // A robot that turns slowly comes no nearer while it turns.
         let Limits { turn_radps_max, turn_accel_radps2_max, .. } = input.limits;
         let half_turn_s = PI / turn_radps_max + 2.0 * (PI / turn_accel_radps2_max).sqrt();
         if self.stalled_s > half_turn_s.max(patience_s * self.patience) + ROUNDING_S {
@@ -99,39 +99,12 @@ impl Detour {
 mod tests {
     use super::*;
     use crate::amr_apf::Preset;
-    use model::BodyKind;
-    use nalgebra::{Point2, Vector2};
-
-    const LIMITS: Limits = Limits {
-        speed_mps_max: 0.2,
-        reverse_mps_max: 0.0,
-        turning_radius_m_min: 0.0,
-        turn_radps_max: 1.0,
-        accel_mps2_max: f64::INFINITY,
-        turn_accel_radps2_max: f64::INFINITY,
-    };
+    use crate::testing::{self, LIMITS};
+    use nalgebra::Point2;
 
     /// A robot this far from its goal, ticks of 0.5 s.
     fn input(remaining_m: f64) -> PlanInput<'static> {
-        PlanInput {
-            tick: 0,
-            dt_s: 0.5,
-            position: Point2::origin(),
-            yaw_rad: 0.0,
-            velocity: Vector2::zeros(),
-            radius_m: 0.2,
-            kind: BodyKind::Unicycle,
-            limits: LIMITS,
-            goal: Point2::new(remaining_m, 0.0),
-            goal_tolerance_m: 0.1,
-            goal_yaw_rad: None,
-            goal_yaw_tolerance_rad: 0.1,
-            arrived: false,
-            obstacles: &[],
-            neighbors: &[],
-            map: &[],
-            arm: None,
-        }
+        PlanInput { dt_s: 0.5, goal: Point2::new(remaining_m, 0.0), ..testing::input() }
     }
 
     fn detour(robot: u32) -> Detour {

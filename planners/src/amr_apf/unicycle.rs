@@ -46,38 +46,19 @@ pub(crate) fn drive(twist: Twist, own: &Own, input: &PlanInput<'_>, remembered_r
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{self, LIMITS};
     use model::Limits;
     use nalgebra::Point2;
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    const LIMITS: Limits = Limits {
-        speed_mps_max: 0.2,
-        reverse_mps_max: 0.0,
-        turning_radius_m_min: 0.0,
-        turn_radps_max: 1.0,
-        accel_mps2_max: f64::INFINITY,
-        turn_accel_radps2_max: f64::INFINITY,
-    };
-
     fn input(kind: BodyKind, limits: Limits) -> PlanInput<'static> {
         PlanInput {
-            tick: 0,
-            dt_s: 0.1,
             position: Point2::new(1.0, 1.0),
             yaw_rad: 0.3,
-            velocity: Vector2::zeros(),
-            radius_m: 0.2,
             kind,
             limits,
             goal: Point2::new(1.0, 3.0),
-            goal_tolerance_m: 0.1,
-            goal_yaw_rad: None,
-            goal_yaw_tolerance_rad: 0.1,
-            arrived: false,
-            obstacles: &[],
-            neighbors: &[],
-            map: &[],
-            arm: None,
+            ..testing::input()
         }
     }
 

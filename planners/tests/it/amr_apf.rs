@@ -1,6 +1,6 @@
 //! AMR-APF and DAPF: what the rows of `reproduce` do not say.
 
-use crate::inputs::{NOBODY, Scene, build, disc, robot};
+use crate::inputs::{IDENTITY, Scene, build, disc, robot};
 use model::{BodyKind, Drive, ParamValue, ParamValues};
 use shoal_planners::{Identity, Plan, Planner};
 
@@ -22,7 +22,7 @@ fn twist(plan: &Plan) -> (f64, f64) {
 }
 
 fn plan(method: &str, params: &str, scene: &Scene) -> Plan {
-    build(method, params, NOBODY).plan(&scene.input(0, DT_S))
+    build(method, params, IDENTITY).plan(&scene.input(0, DT_S))
 }
 
 /// Drives a scene on until `ticks` have passed; where it ends.
@@ -40,7 +40,7 @@ fn a_robot_that_faces_an_obstacle_exactly_goes_round_it() {
     for (params, passes) in [("", true), ("preset = \"p\"\nsgn_zero = true", false)] {
         let mut scene = unicycle([3.0, 0.0]);
         scene.obstacles = vec![disc(0, [1.5, 0.0], 0.11)];
-        let mut planner = build("amr-apf", params, NOBODY);
+        let mut planner = build("amr-apf", params, IDENTITY);
         let mut nearest = f64::INFINITY;
         for _ in 0..400 {
             drive(&mut *planner, &mut scene, 1);
@@ -68,7 +68,7 @@ fn a_preset_sets_what_is_not_given() {
     let wrong = ParamValues::from([("preset".to_owned(), ParamValue::Choice("c2".to_owned()))]);
     for method in ["amr-apf", "dapf"] {
         let method = shoal_planners::find(method).expect("it is registered");
-        assert!((method.build)(&wrong, NOBODY).is_err());
+        assert!((method.build)(&wrong, IDENTITY).is_err());
     }
 }
 
@@ -95,11 +95,11 @@ fn a_crowd_does_not_hold_a_robot_for_ever() {
     let mut scene = unicycle([9.0, 0.0]);
     scene.neighbors =
         [[0.8, 0.6], [0.8, -0.6], [-0.8, 0.6], [-0.8, -0.6]].into_iter().zip(1..).map(|(p, id)| robot(id, p)).collect();
-    let mut planner = build("amr-apf", "preset = \"fixed\"\ncrowd_wait_s = 2.0\nc_adj = 4.0", NOBODY);
+    let mut planner = build("amr-apf", "preset = \"fixed\"\ncrowd_wait_s = 2.0\nc_adj = 4.0", IDENTITY);
     let mut stopped = (0..60).map(|tick| planner.plan(&scene.input(tick, DT_S)).stopped);
     assert_eq!(stopped.by_ref().take_while(|stopped| *stopped).count(), 20);
     assert!(stopped.take(19).all(|stopped| !stopped));
-    let mut for_ever = build("amr-apf", "preset = \"p\"\nc_adj = 4.0", NOBODY);
+    let mut for_ever = build("amr-apf", "preset = \"p\"\nc_adj = 4.0", IDENTITY);
     assert!((0..200).all(|tick| for_ever.plan(&scene.input(tick, DT_S)).stopped));
 }
 
@@ -117,7 +117,7 @@ fn the_baseline_can_yield() {
         (4.0, false, 0, "", false),
     ] {
         (scene.neighbors[0].remaining_m, scene.neighbors[0].arrived) = (remaining_m, arrived);
-        let mut planner = build("dapf", params, Identity { robot: slot, ..NOBODY });
+        let mut planner = build("dapf", params, Identity { robot: slot, ..IDENTITY });
         let plan = planner.plan(&scene.input(0, DT_S));
         assert_eq!(plan.stopped, waits, "{remaining_m} m, slot {slot}, {params}");
         assert_eq!(waits, plan.drive == Drive::stop(BodyKind::Unicycle));

@@ -1,7 +1,7 @@
 //! What the specification of the decentralised potential field says about the law in words. Its numbers are rows of
 //! `reproduce`.
 
-use crate::inputs::{NOBODY, Scene, build, disc, robot};
+use crate::inputs::{IDENTITY, Scene, build, disc, robot};
 use geometry::Capsule;
 use model::{BodyKind, Drive};
 use nalgebra::{Point2, Vector2};
@@ -11,7 +11,7 @@ use shoal_planners::{Identity, Neighbor, Obstacle, Plan};
 const LITERAL: &str = "eta = 1.0\nbracket_power = 2\ndistance = \"centre\"\nattract_cap = 0.0\n";
 
 fn plan(params: &str, scene: &Scene) -> Plan {
-    build("decentralized-apf", params, NOBODY).plan(&scene.input(0, 0.05))
+    build("decentralized-apf", params, IDENTITY).plan(&scene.input(0, 0.05))
 }
 
 fn velocity(plan: &Plan) -> Vector2<f64> {
@@ -66,7 +66,7 @@ fn coinciding_centres_are_driven_apart() {
     scene.neighbors = vec![robot(1, [0.0, 0.0])];
     let lower = plan("", &scene).repulsive;
     scene.neighbors = vec![robot(0, [0.0, 0.0])];
-    let mut planner = build("decentralized-apf", "", Identity { robot: 1, ..NOBODY });
+    let mut planner = build("decentralized-apf", "", Identity { robot: 1, ..IDENTITY });
     let higher = planner.plan(&scene.input(0, 0.05)).repulsive;
     assert_eq!(lower.norm(), 1000.0);
     assert_eq!(lower, -higher);

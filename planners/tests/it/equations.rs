@@ -1,7 +1,7 @@
 //! The papers' equations with values computed by hand, one rule at a time: what the environments in `reproduce` rest on.
 //! AMR-APF and its baseline have theirs beside their rules.
 
-use crate::inputs::{NOBODY, Scene, build, disc, robot};
+use crate::inputs::{IDENTITY, Scene, build, disc, robot};
 use model::random::Stream;
 use nalgebra::{Point2, Vector2};
 use shoal_planners::liquid::{Budget, Field as Hills, Law, Liquid, Progress, Search, offline};
@@ -18,7 +18,7 @@ fn near(found: Vector2<f64>, expected: [f64; 2], what: &str) {
 // -- Matoui et al. 2017 ---------------------------------------------------------------------------------------------
 
 fn matoui(params: &str, scene: &Scene) -> Plan {
-    build("decentralized-apf", params, NOBODY).plan(&scene.input(0, 0.05))
+    build("decentralized-apf", params, IDENTITY).plan(&scene.input(0, 0.05))
 }
 
 /// (2): -ξ (q - g), with our limit ξ d_c.
@@ -62,7 +62,7 @@ fn matoui_4_and_6_the_pushes() {
 /// The aid is ours: after standing still for a second, a push to the left of the goal.
 #[test]
 fn matoui_aid_pushes_to_the_left() {
-    let mut planner = build("decentralized-apf", "aid = true\naid_wait_s = 0.2\naid_push_s = 0.1", NOBODY);
+    let mut planner = build("decentralized-apf", "aid = true\naid_wait_s = 0.2\naid_push_s = 0.1", IDENTITY);
     let mut scene = Scene::new([0.0, 0.0], [3.0, 0.0]);
     // Head on, where pull and push cancel each other: 0.1 (1/p - 1) / p² = 1 at p = 0.393003.
     scene.neighbors = vec![robot(1, [0.393_003 + 0.4, 0.0])];
@@ -73,7 +73,7 @@ fn matoui_aid_pushes_to_the_left() {
 // -- Moaveni and Ghanbari Gol 2011 ------------------------------------------------------------------------------------
 
 fn law() -> Law {
-    let law = Liquid::new(offline::Params::default(), NOBODY).law().clone();
+    let law = Liquid::new(offline::Params::default(), IDENTITY).law().clone();
     Law { k_o: 2.0, k_t: 3.0, v_r_m: 0.01, v_r_cap_steps: 0.0, step_m: 0.1, ..law }
 }
 
@@ -101,7 +101,7 @@ fn liquid_1_to_10_the_potential() {
     assert_eq!(field.at([0.6, 0.0].into()), f64::INFINITY);
 }
 
-/// V_r' is V_r + A_r, at most so many steps.
+/// V_r' is V_r + A_r, up to a maximum number of steps.
 #[test]
 fn liquid_the_radius_of_virtual_obstacles() {
     let law = Law { v_r_cap_steps: 0.5, ..law() };
@@ -199,7 +199,7 @@ fn rpoa_the_cost() {
     let params = Params { alpha_obs: 2.0, mu_obs: 3.0, alpha_target: 5.0, mu_target: 0.1, ..equal() };
     let mut scene = Scene::new([0.0, 0.0], [3.0, 0.0]);
     scene.obstacles = vec![disc(0, [1.0, 0.0], 0.3), disc(1, [0.0, 1.2], 0.3)];
-    let mut rpoa = Rpoa::new(params, NOBODY);
+    let mut rpoa = Rpoa::new(params, IDENTITY);
     rpoa.sense(&scene.input(0, 0.05));
     // 0.5 m and 0.7 m from surface to surface, 3 m to the target.
     let expected = 2.0 * (-0.75f64).exp() + 2.0 * (-1.47f64).exp() - 5.0 * (-0.9f64).exp();
@@ -212,7 +212,7 @@ fn rpoa_the_cost() {
 fn rpoa_which_particle() {
     let mut scene = Scene::new([0.0, 0.0], [9.0, 0.0]);
     scene.obstacles = vec![disc(0, [1.0, 0.3], 0.3)];
-    let mut rpoa = Rpoa::new(equal(), NOBODY);
+    let mut rpoa = Rpoa::new(equal(), IDENTITY);
     rpoa.sense(&scene.input(0, 0.05));
     let step = rpoa.choose(scene.position, scene.goal);
     assert_eq!(step.rule, Rule::Avoid);
@@ -236,7 +236,7 @@ fn rpoa_which_particle() {
             disc(i, [0.9 * cos, 0.9 * sin], 0.3)
         })
         .collect();
-    let mut rpoa = Rpoa::new(Params { mu_obs: 40.0, ..equal() }, NOBODY);
+    let mut rpoa = Rpoa::new(Params { mu_obs: 40.0, ..equal() }, IDENTITY);
     rpoa.sense(&scene.input(0, 0.05));
     let step = rpoa.choose(scene.position, scene.goal);
     assert_eq!(step.rule, Rule::Fallback);
@@ -255,7 +255,7 @@ fn rpoa_nearer_particles_only() {
     scene.radius_m = 0.0;
     scene.obstacles = vec![disc(0, [1.0, 0.0], 0.0)];
     for (nearer_only, index, rule) in [(false, 15, Rule::Avoid), (true, 14, Rule::Fallback)] {
-        let mut rpoa = Rpoa::new(Params { nearer_only, ..equal() }, NOBODY);
+        let mut rpoa = Rpoa::new(Params { nearer_only, ..equal() }, IDENTITY);
         rpoa.sense(&scene.input(0, 0.05));
         let step = rpoa.choose(scene.position, scene.goal);
         assert_eq!((step.index, step.rule), (index, rule));
@@ -267,7 +267,7 @@ fn rpoa_nearer_particles_only() {
 fn rpoa_the_circle_ends_at_the_target() {
     let scene = Scene::new([0.0, 0.0], [9.0, 0.0]);
     let step = |goal: [f64; 2]| {
-        let mut rpoa = Rpoa::new(Params { step_radius: 0.1, ..equal() }, NOBODY);
+        let mut rpoa = Rpoa::new(Params { step_radius: 0.1, ..equal() }, IDENTITY);
         rpoa.sense(&scene.input(0, 0.05));
         rpoa.choose(scene.position, goal.into()).offset
     };

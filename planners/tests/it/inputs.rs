@@ -29,7 +29,7 @@ pub(crate) const LIMITS: Limits = Limits {
     turn_accel_radps2_max: f64::INFINITY,
 };
 
-pub(crate) const NOBODY: Identity = Identity { seed: 1, robot: 0, incarnation: 0 };
+pub(crate) const IDENTITY: Identity = Identity { seed: 1, robot: 0, incarnation: 0 };
 
 impl Scene {
     /// A point robot of radius 0.2 m between two points, alone.
@@ -112,5 +112,5 @@ pub(crate) fn build(method: &str, params: &str, identity: Identity) -> Box<dyn P
 
 /// Every method with its default parameters.
 pub(crate) fn every_method() -> impl Iterator<Item = (&'static Method, Box<dyn Planner>)> {
-    METHODS.iter().map(|method| (*method, (method.build)(&ParamValues::new(), NOBODY).expect("defaults fit")))
+    METHODS.iter().map(|method| (*method, (method.build)(&ParamValues::new(), IDENTITY).expect("defaults fit")))
 }

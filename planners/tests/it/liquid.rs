@@ -1,7 +1,7 @@
 //! The liquid methods, by example: the law, thinking in slices, what makes a robot think anew, driving, and the layer.
 //! The paper's environments and counts are in `reproduce`.
 
-use crate::inputs::{LIMITS, NOBODY, Scene, build, disc, robot};
+use crate::inputs::{IDENTITY, LIMITS, Scene, build, disc, robot};
 use geometry::Capsule;
 use model::{BodyKind, Drive, Limits};
 use nalgebra::{Point2, Vector2};
@@ -12,7 +12,7 @@ use shoal_planners::{Identity, Obstacle, Planner};
 const DT_S: f64 = 0.05;
 
 fn law() -> Law {
-    Liquid::new(offline::Params::default(), NOBODY).law().clone()
+    Liquid::new(offline::Params::default(), IDENTITY).law().clone()
 }
 
 fn field<'a>(law: &'a Law, obstacles: &'a [Obstacle], virtual_obstacles: &'a [Point2<f64>]) -> Field<'a> {
@@ -103,7 +103,7 @@ fn a_virtual_obstacle_is_not_larger_than_half_a_step() {
 #[test]
 fn a_tick_thinks_no_more_than_its_slice_and_stands_still() {
     let params = offline::Params { rounds_per_tick: 7, ..offline::Params::default() };
-    let mut liquid = Liquid::new(params, NOBODY);
+    let mut liquid = Liquid::new(params, IDENTITY);
     let mut scene = Scene::new([0.0, 0.03], [5.0, 0.0]);
     scene.obstacles = cup();
     let mut rounds = 0;
@@ -134,8 +134,8 @@ fn a_tick_among_many_pieces_does_a_bounded_number_of_looks() {
     for count in [1, 47, 48, 200, 816, 1024, 4096] {
         let mut scene = Scene::new([0.0, 0.0], [40.0, 30.0]);
         scene.obstacles = orchard(count);
-        let mut liquid = Liquid::new(offline::Params::default(), NOBODY);
-        let mut online = LiquidOnline::new(online::Params::default(), NOBODY);
+        let mut liquid = Liquid::new(offline::Params::default(), IDENTITY);
+        let mut online = LiquidOnline::new(online::Params::default(), IDENTITY);
         let (mut rounds, mut rounds_online, mut most) = (0, 0, 0);
         for tick in 0..40 {
             liquid.plan(&scene.input(tick, DT_S));
@@ -191,7 +191,7 @@ fn slices_do_not_change_what_is_found() {
 
 #[test]
 fn it_thinks_anew_when_its_goal_or_its_way_changes() {
-    let mut liquid = Liquid::new(offline::Params::default(), NOBODY);
+    let mut liquid = Liquid::new(offline::Params::default(), IDENTITY);
     let mut scene = Scene::new([0.0, 0.0], [4.0, 0.0]);
     scene.obstacles = vec![disc(3, [2.0, 2.0], 0.3)];
     drive(&mut scene, &mut liquid, 20);
@@ -225,7 +225,7 @@ fn it_thinks_anew_when_its_goal_or_its_way_changes() {
 #[test]
 fn without_a_way_it_stays_until_something_changes() {
     let params = offline::Params { virtual_max: 5, rounds_per_tick: 1000, ..offline::Params::default() };
-    let mut liquid = Liquid::new(params, NOBODY);
+    let mut liquid = Liquid::new(params, IDENTITY);
     let mut scene = Scene::new([0.0, 0.0], [4.0, 0.0]);
     let ring = (0..8).map(|i| f64::from(i) * std::f64::consts::FRAC_PI_4);
     let ring = (0..).zip(ring).map(|(id, angle): (u32, f64)| disc(id, [4.0 + angle.cos(), angle.sin()], 0.4));
@@ -287,7 +287,7 @@ fn bodies_get_out_of_a_cup_without_contact() {
                     let mut scene = Scene::new([0.0, 0.03], [5.0, 0.0]);
                     (scene.kind, scene.limits) = (kind, limits);
                     scene.obstacles.clone_from(&obstacles);
-                    let path = drive(&mut scene, &mut *build(method, "", NOBODY), 1200);
+                    let path = drive(&mut scene, &mut *build(method, "", IDENTITY), 1200);
                     let distance = |p: &Point2<f64>| {
                         obstacles.iter().map(|o| o.shape.distance(*p) - 0.2).fold(f64::INFINITY, f64::min)
                     };
@@ -303,7 +303,7 @@ fn bodies_get_out_of_a_cup_without_contact() {
 
 #[test]
 fn a_path_is_followed_step_by_step() {
-    let mut liquid = Liquid::new(offline::Params::default(), NOBODY);
+    let mut liquid = Liquid::new(offline::Params::default(), IDENTITY);
     let mut scene = Scene::new([0.0, 0.03], [5.0, 0.0]);
     scene.obstacles = cup();
     let path = drive(&mut scene, &mut liquid, 1000);
@@ -315,7 +315,7 @@ fn a_path_is_followed_step_by_step() {
 
 #[test]
 fn online_rounds_are_steps_and_virtual_obstacles() {
-    let mut liquid = LiquidOnline::new(online::Params::default(), NOBODY);
+    let mut liquid = LiquidOnline::new(online::Params::default(), IDENTITY);
     let mut scene = Scene::new([0.0, 0.03], [5.0, 0.0]);
     scene.obstacles = cup();
     for tick in 0..1000 {
@@ -339,7 +339,7 @@ fn virtual_obstacles_beside_what_moves_do_not_last() {
     scene.obstacles = vec![Obstacle { velocity: Vector2::new(0.0, 0.02), ..disc(0, [0.0, 0.0], 1.0) }];
     for (lifetime_s, lasts) in [(5.0, false), (0.0, true)] {
         let params = online::Params { lifetime_s, ..online::Params::default() };
-        let mut liquid = LiquidOnline::new(params, NOBODY);
+        let mut liquid = LiquidOnline::new(params, IDENTITY);
         liquid.plan(&scene.input(0, DT_S));
         assert_eq!(liquid.virtual_obstacles(), [scene.position]);
         let mut far = scene.clone();
@@ -354,7 +354,7 @@ fn virtual_obstacles_beside_what_moves_do_not_last() {
 #[test]
 fn it_gives_up_and_begins_again_with_a_new_goal() {
     let params = online::Params { virtual_max: 3, ..online::Params::default() };
-    let mut liquid = LiquidOnline::new(params, NOBODY);
+    let mut liquid = LiquidOnline::new(params, IDENTITY);
     let mut scene = Scene::new([0.0, 0.0], [4.0, 0.0]);
     // On a disc: every direction is infinite, so every round is a minimum.
     scene.obstacles = vec![disc(0, [0.0, 0.0], 1.0)];
@@ -373,22 +373,22 @@ fn robots_push_to_the_right_unless_switched_off() {
     let mut scene = Scene::new([0.0, 0.0], [4.0, 0.0]);
     scene.neighbors = vec![robot(1, [0.8, 0.0])];
     for method in ["liquid", "liquid-online"] {
-        let plan = build(method, "", NOBODY).plan(&scene.input(0, DT_S));
+        let plan = build(method, "", IDENTITY).plan(&scene.input(0, DT_S));
         assert!(plan.repulsive.x < 0.0 && plan.repulsive.y < 0.0, "{method}: {plan:?}");
-        let plan = build(method, "neighbors = false", NOBODY).plan(&scene.input(0, DT_S));
+        let plan = build(method, "neighbors = false", IDENTITY).plan(&scene.input(0, DT_S));
         assert_eq!(plan.repulsive, Vector2::zeros());
         let Drive::Velocity(velocity) = plan.drive else { panic!("a point") };
         assert!((velocity - Vector2::x()).norm() < 1e-9, "{method}: {velocity:?}");
     }
     // What is behind only pushes on.
     scene.neighbors = vec![robot(1, [-0.8, 0.0])];
-    let plan = build("liquid", "", NOBODY).plan(&scene.input(0, DT_S));
+    let plan = build("liquid", "", IDENTITY).plan(&scene.input(0, DT_S));
     assert!(plan.repulsive.x > 0.0 && plan.repulsive.y.abs() < 1e-12, "{plan:?}");
     // In one place, two robots go two ways.
     scene.neighbors = vec![robot(1, [0.0, 0.0])];
-    let lower = build("liquid", "", NOBODY).plan(&scene.input(0, DT_S)).repulsive;
+    let lower = build("liquid", "", IDENTITY).plan(&scene.input(0, DT_S)).repulsive;
     scene.neighbors[0].id = 0;
-    let higher = build("liquid", "", Identity { robot: 1, ..NOBODY }).plan(&scene.input(0, DT_S)).repulsive;
+    let higher = build("liquid", "", Identity { robot: 1, ..IDENTITY }).plan(&scene.input(0, DT_S)).repulsive;
     assert!(lower.x < 0.0 && higher.x > 0.0);
 }
 
@@ -397,7 +397,7 @@ fn a_push_does_not_lead_into_a_wall() {
     let mut scene = Scene::new([0.0, 0.0], [4.0, 0.0]);
     scene.obstacles = vec![wall(0, [-5.0, -0.21], [9.0, -0.21])];
     scene.neighbors = vec![robot(1, [0.0, 0.45])];
-    let mut planner = build("liquid", "k_o = 0.0001", NOBODY);
+    let mut planner = build("liquid", "k_o = 0.0001", IDENTITY);
     let Drive::Velocity(velocity) = planner.plan(&scene.input(0, DT_S)).drive else { panic!("a point") };
     assert!(velocity.y >= -0.01 / DT_S - 1e-9, "{velocity:?}");
 }
@@ -410,7 +410,7 @@ fn arrived_means_stay() {
     for method in ["liquid", "liquid-online"] {
         for kind in [BodyKind::Point, BodyKind::Unicycle] {
             scene.kind = kind;
-            let plan = build(method, "", NOBODY).plan(&scene.input(0, DT_S));
+            let plan = build(method, "", IDENTITY).plan(&scene.input(0, DT_S));
             assert!(plan.stopped && plan.drive == Drive::stop(kind), "{method}");
         }
     }
@@ -420,7 +420,7 @@ fn arrived_means_stay() {
 #[test]
 fn khatib_of_second_order() {
     let params = "order = \"second\"\ndamping = 2.0\nk_att = 1.0\nattract_cap_m = 0.0\nk_rep = 0.1\ninfluence_m = 1.0";
-    let mut planner = build("apf", params, NOBODY);
+    let mut planner = build("apf", params, IDENTITY);
     let mut scene = Scene::new([0.0, 0.0], [3.0, 4.0]);
     scene.obstacles = vec![disc(0, [0.9, 0.0], 0.3)];
     scene.velocity = Vector2::new(0.1, -0.2);
@@ -431,7 +431,7 @@ fn khatib_of_second_order() {
     // A unicycle's mass is imagined: it goes on from tick to tick.
     scene.kind = BodyKind::Unicycle;
     scene.velocity = Vector2::zeros();
-    let mut planner = build("apf", params, NOBODY);
+    let mut planner = build("apf", params, IDENTITY);
     let speeds: [f64; 3] = [0, 1, 2].map(|tick| match planner.plan(&scene.input(tick, 0.05)).drive {
         Drive::Twist { speed_mps, .. } => speed_mps,
         _ => panic!("a unicycle gets a twist"),

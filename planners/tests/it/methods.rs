@@ -1,6 +1,6 @@
 //! The registry, the null method and Khatib's field, by example; how a velocity becomes a twist.
 
-use crate::inputs::{LIMITS, NOBODY, Scene, build, disc, robot};
+use crate::inputs::{IDENTITY, LIMITS, Scene, build, disc, robot};
 use geometry::wrap;
 use model::{BodyKind, Drive};
 use nalgebra::Vector2;
@@ -20,7 +20,7 @@ fn methods_are_found_by_their_names() {
 
 #[test]
 fn straight_goes_straight_and_stops_on_the_goal() {
-    let mut planner = build("straight", "", NOBODY);
+    let mut planner = build("straight", "", IDENTITY);
     let mut drive = |scene: &Scene| planner.plan(&scene.input(0, 0.5)).drive;
     let mut scene = Scene::new([0.0, 0.0], [3.0, 4.0]);
     scene.obstacles = vec![disc(0, [0.5, 0.5], 0.3)];
@@ -43,7 +43,7 @@ fn straight_goes_straight_and_stops_on_the_goal() {
 #[test]
 fn khatib_pulls_and_pushes() {
     let params = "k_att = 1.0\nattract_cap_m = 1.0\nk_rep = 0.1\ninfluence_m = 1.0";
-    let mut planner = build("apf", params, NOBODY);
+    let mut planner = build("apf", params, IDENTITY);
     // The worked example of the decentralised field: with these values and fresh poses the two laws agree.
     let mut scene = Scene::new([0.0, 0.0], [3.0, 4.0]);
     scene.obstacles = vec![disc(0, [0.9, 0.0], 0.3)];

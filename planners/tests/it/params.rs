@@ -1,6 +1,6 @@
 //! Parameters: the table, typed values, and what is said about values that do not fit.
 
-use crate::inputs::{NOBODY, values};
+use crate::inputs::{IDENTITY, values};
 use model::kind::{Kind, Spec};
 use model::value::Value;
 use model::{ParamValue, ParamValues};
@@ -108,7 +108,7 @@ fn a_method_reports_every_problem_at_once() {
     let ParamError::Unknown { nearest, known, .. } = unknown else { panic!("{unknown:?}") };
     assert!(nearest.is_some_and(|name| ["p_o", "p_r"].contains(&name)));
     assert_eq!(known.len(), Params::specs().len());
-    assert_eq!((method.build)(&wrong, NOBODY).err().as_ref(), problems.first());
+    assert_eq!((method.build)(&wrong, IDENTITY).err().as_ref(), problems.first());
     assert_eq!(Params::from_values(&given("distance = \"centre\"")).unwrap().distance, Distance::Centre);
 }
 
@@ -136,6 +136,6 @@ fn every_method_describes_its_parameters() {
         }
         let defaults = specs.iter().filter_map(|spec| Some((spec.name.to_owned(), default(spec)?))).collect();
         assert_eq!(method.check(&defaults), []);
-        assert!((method.build)(&defaults, NOBODY).is_ok());
+        assert!((method.build)(&defaults, IDENTITY).is_ok());
     }
 }

@@ -135,7 +135,7 @@ fn check_same(
     expected: impl Fn(Plan) -> Plan,
 ) -> Result<(), TestCaseError> {
     let method = shoal_planners::find(name).expect("exists");
-    let fresh = || (method.build)(&ParamValues::new(), crate::inputs::NOBODY).expect("defaults fit");
+    let fresh = || (method.build)(&ParamValues::new(), crate::inputs::IDENTITY).expect("defaults fit");
     let (before, after) = (plans(&mut *fresh(), scene), plans(&mut *fresh(), changed));
     for (before, after) in before.into_iter().map(expected).zip(after) {
         let scale = 1.0 + before.attractive.norm() + before.repulsive.norm();
@@ -199,7 +199,7 @@ fn mapped_plan(plan: Plan, vector: impl Fn(Vector2<f64>) -> Vector2<f64>, side: 
 fn every_variant() -> Vec<(String, Box<dyn Planner>)> {
     let mut all = Vec::new();
     for method in METHODS {
-        let build = |values: &ParamValues| (method.build)(values, crate::inputs::NOBODY).expect("the parameters fit");
+        let build = |values: &ParamValues| (method.build)(values, crate::inputs::IDENTITY).expect("the parameters fit");
         all.push((method.name.to_owned(), build(&ParamValues::new())));
         for spec in (method.params)() {
             let values: Vec<ParamValue> = match spec.kind() {

@@ -1,6 +1,6 @@
 //! Via points by swarm: plans in pieces, and what a robot does around its plan.
 
-use crate::inputs::{LIMITS, NOBODY, Scene, disc, robot};
+use crate::inputs::{IDENTITY, LIMITS, Scene, disc, robot};
 use geometry::spline::length;
 use geometry::{ArmState, Capsule, Elbow};
 use model::random::Stream;
@@ -14,7 +14,7 @@ use shoal_planners::{Obstacle, Plan, PlanInput, Planner};
 const DT_S: f64 = 0.05;
 
 fn planner() -> PsoViaPoints {
-    PsoViaPoints::new(Params::default(), Params::arm(), NOBODY)
+    PsoViaPoints::new(Params::default(), Params::arm(), IDENTITY)
 }
 
 /// The five discs of the paper's first environment, as the specification has it.

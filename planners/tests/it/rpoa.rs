@@ -1,6 +1,6 @@
 //! Random particle optimisation: what its worked examples, which are rows of `reproduce`, do not say.
 
-use crate::inputs::{NOBODY, Scene, build, disc, robot};
+use crate::inputs::{IDENTITY, Scene, build, disc, robot};
 use geometry::Capsule;
 use model::{BodyKind, Drive};
 use nalgebra::{Point2, Vector2};
@@ -15,7 +15,7 @@ fn equal() -> Params {
 }
 
 fn step(params: Params, scene: &Scene) -> Step {
-    let mut rpoa = Rpoa::new(params, NOBODY);
+    let mut rpoa = Rpoa::new(params, IDENTITY);
     rpoa.sense(&scene.input(0, DT_S));
     rpoa.choose(scene.position, scene.goal)
 }
@@ -28,7 +28,7 @@ fn wall(id: u32, a: [f64; 2], b: [f64; 2]) -> Obstacle {
 fn speed_is_that_of_the_body_or_one_radius_a_tick() {
     let scene = Scene::new([0.0, 0.0], [9.0, 0.0]);
     for (radius, speed) in [(0.1, 1.0), (0.05, 1.0), (0.02, 0.4)] {
-        let mut planner = build("rpoa", &format!("angles = \"equal\"\nstep_radius = {radius}"), NOBODY);
+        let mut planner = build("rpoa", &format!("angles = \"equal\"\nstep_radius = {radius}"), IDENTITY);
         let Drive::Velocity(velocity) = planner.plan(&scene.input(0, DT_S)).drive else { panic!("a point's drive") };
         assert!((velocity - Vector2::new(speed, 0.0)).norm() < 1e-12, "{velocity:?}");
     }
@@ -45,7 +45,7 @@ fn it_can_stand_on_its_target() {
     there.arrived = true;
     for kind in [BodyKind::Point, BodyKind::Unicycle] {
         there.kind = kind;
-        let plan = build("rpoa", "", NOBODY).plan(&there.input(0, DT_S));
+        let plan = build("rpoa", "", IDENTITY).plan(&there.input(0, DT_S));
         assert_eq!(plan, Plan { stopped: true, ..Plan::only(Drive::stop(kind)) });
     }
 }
@@ -72,7 +72,7 @@ fn a_polygon_is_one_hill() {
     let edge = |id: u32, i: usize| wall(id, corners[i], corners[(i + 1) % 4]);
     let mut scene = Scene::new([0.0, 0.9], [9.0, 0.9]);
     let cost = |scene: &Scene| {
-        let mut rpoa = Rpoa::new(equal(), NOBODY);
+        let mut rpoa = Rpoa::new(equal(), IDENTITY);
         rpoa.sense(&scene.input(0, DT_S));
         (0..8)
             .map(|i| rpoa.cost(scene.position + 0.01 * Vector2::new(f64::from(i), 9.0), scene.goal))
@@ -91,7 +91,7 @@ fn a_polygon_is_one_hill() {
 fn robots_are_where_they_should_be_by_now() {
     let mut scene = Scene::new([0.0, 0.0], [9.0, 0.0]);
     let cost = |scene: &Scene| {
-        let mut rpoa = Rpoa::new(equal(), NOBODY);
+        let mut rpoa = Rpoa::new(equal(), IDENTITY);
         rpoa.sense(&scene.input(0, DT_S));
         rpoa.cost(scene.position, scene.goal)
     };
@@ -135,10 +135,10 @@ fn modified_rule() {
 fn robots_draw_their_own_numbers() {
     let scene = Scene::new([0.0, 0.0], [9.0, 0.0]);
     let plan = |identity: Identity| build("rpoa", "", identity).plan(&scene.input(0, DT_S)).drive;
-    let own = plan(NOBODY);
-    assert_eq!(own, plan(NOBODY));
+    let own = plan(IDENTITY);
+    assert_eq!(own, plan(IDENTITY));
     for other in
-        [Identity { robot: 1, ..NOBODY }, Identity { seed: 2, ..NOBODY }, Identity { incarnation: 1, ..NOBODY }]
+        [Identity { robot: 1, ..IDENTITY }, Identity { seed: 2, ..IDENTITY }, Identity { incarnation: 1, ..IDENTITY }]
     {
         assert_ne!(own, plan(other));
     }
@@ -146,7 +146,7 @@ fn robots_draw_their_own_numbers() {
 
 #[test]
 fn it_notices_that_it_is_stuck() {
-    let mut rpoa = Rpoa::new(Params::default(), NOBODY);
+    let mut rpoa = Rpoa::new(Params::default(), IDENTITY);
     let mut scene = Scene::new([0.0, 0.0], [9.0, 0.0]);
     let mut stuck_at = |scene: &Scene, ticks: std::ops::Range<u64>| {
         let stuck = |tick: &u64| {
@@ -188,7 +188,7 @@ proptest! {
         };
         let now = clearance(scene.position);
         prop_assume!(now > 0.0);
-        let next = match build("rpoa", "", NOBODY).plan(&scene.input(0, DT_S)).drive {
+        let next = match build("rpoa", "", IDENTITY).plan(&scene.input(0, DT_S)).drive {
             Drive::Velocity(velocity) => scene.position + velocity * DT_S,
             Drive::Twist { speed_mps, turn_radps } => {
                 let (sin, cos) = (yaw_rad + turn_radps * DT_S).sin_cos();

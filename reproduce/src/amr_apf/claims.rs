@@ -12,7 +12,7 @@ use std::ops::ControlFlow;
 
 /// Robots nearer to each other than this are neighbours in a crowd, m: the paper's own distance, 2.2 rho_r.
 const LINK_M: f64 = 2.2 * 0.51;
-/// So many that are linked are a crowd.
+/// Least number of linked robots that make a crowd.
 const CROWD: usize = 3;
 
 pub(super) fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
@@ -211,7 +211,7 @@ fn under_way(outcome: &Outcome, robot: usize) -> Vec<Point2<f64>> {
     until.map(|bodies| bodies[robot].position).collect()
 }
 
-/// In how many pairs the first is better, and whether that is no chance.
+/// The number of pairs in which the first is better, and whether that is significant.
 fn compared(pairs: &[[f64; 2]], better: impl Fn([f64; 2]) -> bool) -> (String, bool) {
     let wins = pairs.iter().filter(|pair| better(**pair)).count();
     let p = stats::sign(wins as u32, pairs.len() as u32);

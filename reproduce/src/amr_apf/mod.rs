@@ -50,7 +50,7 @@ pub static PAPER: Paper = Paper {
 /// By as much as the paper rounds its percentages: its 50 % is 46.9 % in its authors' runs.
 const PAPER_POINTS: f64 = 3.1;
 
-/// Everything is stored or printed to so many digits only, and these runs are decided by those that are missing.
+/// All values are stored or printed with a limited number of digits, and the missing digits decide these runs.
 const DIGITS: &str = "decided by digits that are not stored: layouts have 0.1 mm, and everything moved by half a millimetre \
                       gives the specification's time too";
 

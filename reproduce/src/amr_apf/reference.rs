@@ -344,7 +344,7 @@ fn follows(own: &Own<'_>, it: &Other) -> bool {
 /// Section 3.5: virtual parked robots between parked ones and pillars.
 fn traps(own: &Own<'_>, robots: &[Other]) -> Vec<Other> {
     let mut found = Vec::new();
-    // Fixed things close a trap: a robot that only waits is none.
+    // Fixed things close a trap: a robot that only waits is not one.
     let near = |it: &&Other| it.arrived && (it.position - own.input.position).norm() < 2.0 * RHO_R_M;
     for it in robots.iter().filter(near) {
         for at in own.pillars().filter(|at| ((at - it.position).norm() - RHO_R_M).abs() < RHO_O_M) {

@@ -1,5 +1,5 @@
-//! What the authors' stored runs say: where the paper's own numbers come from. Nothing of ours is simulated here, so these
-//! are no rows; they stand beside the paper's numbers in the column `authors`.
+//! What the authors' stored runs say: where the paper's own numbers come from. They are not simulated here, so
+//! they make no rows of their own; they stand beside the paper's numbers in the column `authors`.
 
 use super::oracle::{AUTHORS, authors_best, by_robots, list, pair};
 use super::reduction_percent;

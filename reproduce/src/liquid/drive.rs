@@ -8,7 +8,7 @@ use planners::liquid::field::clearance;
 use planners::liquid::{Law, Liquid, LiquidOnline, Progress, offline, online};
 use planners::{Identity, Planner};
 
-const NOBODY: Identity = Identity { seed: 1, robot: 0, incarnation: 0 };
+const IDENTITY: Identity = Identity { seed: 1, robot: 0, incarnation: 0 };
 /// Length of a round, s: how far moving obstacles get.
 const DT_S: f64 = 0.1;
 /// Points reported along a step, for clearances.
@@ -72,13 +72,13 @@ impl Setup {
         let mut values = self.common();
         values.insert("fallbacks".into(), ParamValue::Int(0));
         values.insert("rounds_max".into(), ParamValue::Int(100_000));
-        Liquid::new(offline::Params::from_values(&values).expect("the parameters fit"), NOBODY)
+        Liquid::new(offline::Params::from_values(&values).expect("the parameters fit"), IDENTITY)
     }
 
     fn liquid_online(&self) -> LiquidOnline {
         let mut values = self.common();
         values.insert("lifetime_s".into(), ParamValue::Float(0.0));
-        LiquidOnline::new(online::Params::from_values(&values).expect("the parameters fit"), NOBODY)
+        LiquidOnline::new(online::Params::from_values(&values).expect("the parameters fit"), IDENTITY)
     }
 
     /// Thinks, then drives what it found.

@@ -10,7 +10,7 @@ use report::Page;
 use reproduce::row::{Paper, Row};
 use serde_json::json;
 
-/// So many rows are listed where a name fits several.
+/// Maximum number of rows that are listed where a name fits several.
 const LISTED_MAX: usize = 12;
 
 /// Computes the rows of the papers, and explains the one that is meant. Fleets of processes run only if no other row is

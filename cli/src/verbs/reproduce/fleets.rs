@@ -61,7 +61,7 @@ fn begin(rows: &mut Rows<'_>, what: &str) -> Result<(), Stop> {
 /// What a fleet came to.
 pub(super) struct Ran {
     pub(super) outcome: Outcome,
-    /// Why it is no evidence: the machine starved it, or something outside the scenario impaired it.
+    /// Why the run is not evidence: the machine starved it, or something outside the scenario impaired it.
     pub(super) unusable: Option<String>,
 }
 
@@ -87,7 +87,7 @@ fn lockstep(scenario: Scenario) -> Result<Ran, Stop> {
     Ok(Ran { outcome, unusable })
 }
 
-/// Why a run with this verdict is no evidence.
+/// Why a run with this verdict is not evidence.
 fn unusable(verdict: report::Verdict, impaired: &[String], starved: &[String]) -> Option<String> {
     let reasons = || [impaired, starved].concat().join("; ");
     match verdict {

@@ -98,7 +98,7 @@ fn what_a_crowd_means() {
         // On the edge of the hull is not inside.
         assert!(acts(meaning(which, [6.0, 0.0], &members(&square([0.0, -0.5], 1.0)))), "{which:?}");
     }
-    // Two robots hold nobody, and those that have arrived do not close a crowd.
+    // Two robots do not hold a third one, and those that have arrived do not close a crowd.
     assert!(acts(meaning(Preset::Fleet, [6.0, 0.0], &around_us[..2])));
     let mut opened = around_us;
     (opened[0].arrived, opened[1].arrived) = (true, true);
@@ -122,7 +122,7 @@ fn one(params: &Params, own: &Own, group: &[Member]) -> Vector2<f64> {
     }
 }
 
-/// Robots nearer than 2.2 ρ_r = 1.122 m belong together, also by way of a third one, in any order; one is no crowd.
+/// Robots nearer than 2.2 ρ_r = 1.122 m belong together, also by way of a third one, in any order; one robot is not a crowd.
 #[test]
 fn who_belongs_together() {
     let (params, own) = (preset(Preset::Fixed), own(0.0, [9.0, 1.0]));

@@ -7,40 +7,22 @@ use crate::amr_apf::clusters::force;
 use crate::amr_apf::field::{Other, obstacle, robot};
 use crate::amr_apf::params::{Params, PillarGaps, Preset, Side, Traps};
 use crate::amr_apf::{AmrApf, Sum, Trap, pillar_gap, trap};
+use crate::testing;
 use crate::{Identity, Neighbor, Obstacle, PlanInput, Planner};
 use geometry::Capsule;
-use model::{BodyKind, Drive, Limits};
+use model::Drive;
 use nalgebra::{Point2, Vector2};
-
-const LIMITS: Limits = Limits {
-    speed_mps_max: 0.2,
-    reverse_mps_max: 0.0,
-    turning_radius_m_min: 0.0,
-    turn_radps_max: 1.0,
-    accel_mps2_max: f64::INFINITY,
-    turn_accel_radps2_max: f64::INFINITY,
-};
 
 /// A unicycle of the authors' size at the origin, facing +x, ticks of 0.1 s.
 fn input<'a>(goal: [f64; 2], obstacles: &'a [Obstacle], neighbors: &'a [Neighbor]) -> PlanInput<'a> {
     PlanInput {
-        tick: 0,
-        dt_s: 0.1,
-        position: Point2::origin(),
-        yaw_rad: 0.0,
-        velocity: Vector2::zeros(),
         radius_m: 0.22,
-        kind: BodyKind::Unicycle,
-        limits: LIMITS,
         goal: goal.into(),
         goal_tolerance_m: 0.06,
-        goal_yaw_rad: None,
-        goal_yaw_tolerance_rad: 0.1,
-        arrived: false,
         obstacles,
         neighbors,
         map: obstacles,
-        arm: None,
+        ..testing::input()
     }
 }
 
@@ -70,7 +52,7 @@ fn planner(which: Preset) -> AmrApf {
     planner_of(preset(which), 0)
 }
 
-/// P_i > P_j: whoever has farther to go, and has not arrived; P also: and does not stand still on purpose. Of two that have
+/// P_i > P_j: the robot that has farther to go, and has not arrived; P also: and does not stand still on purpose. Of two that have
 /// as far the lower slot, in the programs neither.
 #[test]
 fn right_of_way() {
@@ -243,7 +225,7 @@ fn forces_add_up() {
 fn the_total_force() {
     let goal = [9.0, 0.3];
     let discs = [pillar(0, [0.5, 0.3])];
-    // The two of the crowd are out of reach by themselves, the third one is not, and belongs to nobody.
+    // The two of the crowd are out of reach by themselves, the third one is not, and belongs to no crowd.
     let robots = [neighbor(1, [1.3, 0.5]), neighbor(2, [1.3, -0.5]), neighbor(3, [-0.8, 0.0])];
     let (params, own) = (preset(Preset::Fixed), own(0.0, goal));
     let mut planner = planner_of(params.clone(), 0);
@@ -408,7 +390,7 @@ fn what_the_default_brakes_for() {
 }
 
 /// A robot that has come no nearer for 4 s turns its pull aside, and is only pushed straight away from what is real: no
-/// sides, no traps, no gaps, no crowds, nobody to wait for.
+/// sides, no traps, no gaps, no crowds, no waiting.
 #[test]
 fn a_detour_is_plain() {
     let goal = [3.0, 0.2];

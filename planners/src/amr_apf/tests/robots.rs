@@ -37,7 +37,7 @@ fn check(what: &str, params: &Params, own: &Own, other: &Other, expected: [f64; 
     assert_near(meet(params, own, other).0.into(), expected, what);
 }
 
-/// Eq. 6, both see the other on the same hand: both turn away from it, whoever has right of way.
+/// Eq. 6, both see the other on the same hand: both turn away from it, with and without right of way.
 #[test]
 fn the_same_hand_is_a_normal_pass() {
     let params = preset(Preset::P);
@@ -50,7 +50,7 @@ fn the_same_hand_is_a_normal_pass() {
     }
 }
 
-/// Eq. 6, T = sgn(a_ij a_ji (P_i - P_j)) when the hands differ: whoever lacks the right of way changes sides.
+/// Eq. 6, T = sgn(a_ij a_ji (P_i - P_j)) when the hands differ: the robot without right of way changes sides.
 #[test]
 fn the_right_of_way_chooses_the_side() {
     for params in [preset(Preset::P), preset(Preset::Fixed), preset(Preset::Text)].map(with_rings) {
@@ -142,7 +142,7 @@ fn front_stop() {
     }
 }
 
-/// A moving robot nearer than ρ that leaves in front of us goes first; in C1 it does not push meanwhile.
+/// A moving robot nearer than ρ that leaves in front of us goes first; in C1 it does not push while it does.
 #[test]
 fn yield_to_who_leaves() {
     for (what, d, heading_deg, its_deg, parked, yields) in [

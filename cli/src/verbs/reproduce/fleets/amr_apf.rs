@@ -97,7 +97,7 @@ struct Batch {
     failures: usize,
     /// Runs in which bodies touch each other or a pillar.
     touching: usize,
-    /// Why runs are no evidence: starved or impaired. They count nowhere else.
+    /// Why runs are not evidence: starved or impaired. Such runs are excluded from all counts.
     unusable: Vec<String>,
 }
 
@@ -274,7 +274,7 @@ impl Experiment {
 
 const MODE: &str = "as processes";
 
-/// Adds a row unless too many runs of these contestants are no evidence: of any place all.
+/// Adds a row unless too many runs of these contestants are not evidence: all runs of one scene.
 fn judged(rows: &mut Rows<'_>, item: Item, found: &Found, who: &[usize], row: impl FnOnce(&mut Rows<'_>, Item)) {
     let batches = || found.iter().flat_map(|batches| who.iter().map(|who| &batches[*who]));
     let unusable: Vec<&String> = batches().flat_map(|batch| &batch.unusable).collect();
