@@ -15,11 +15,11 @@
 //!
 //! | planted | seed | found at | by |
 //! |---|---|---|---|
-//! | `Presence::die` does not raise the incarnation | 0 | 842 | world and coordinator do not agree |
-//! | `NoticeQueue` leaves out answers as well when the ring is full | 2 | 439 | a request that stays unanswered |
-//! | `World::close` ignores the command of a robot whose death has been reported | 5 | 308 | a robot that was given a command and stands |
-//! | `World::close` lets robots in that are due | 0 | 782 | a change in the middle of a tick |
-//! | `Order::Remove` drops the tasks for its robot that came with it | 9 | 203 | a request that stays unanswered |
+//! | `Presence::die` does not raise the incarnation | 0 | 816 | world and coordinator do not agree |
+//! | `NoticeQueue` leaves out answers as well when the ring is full | 1 | 522 | a request that stays unanswered |
+//! | `World::close` ignores the command of a robot whose death has been reported | 2 | 442 | a robot that was given a command and stands |
+//! | `World::close` lets robots in that are due | 0 | 986 | a change in the middle of a tick |
+//! | `Order::Remove` drops the tasks for its robot that came with it | 6 | 163 | a request that stays unanswered |
 
 mod agent;
 mod checks;
