@@ -20,7 +20,7 @@ pub mod state;
 pub mod task;
 pub mod value;
 
-pub use body::{BodyKind, Drive, Limits};
+pub use body::{BodyKind, Drive, Dynamics, Limits, Physics, Wheels};
 pub use event::{Event, EventKind, EventName, Partner, Silence, Touch};
 pub use ids::{RobotIndex, RobotInstance};
 pub use measure::{Cause, Metric, PerCause, PerMetric};

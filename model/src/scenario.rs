@@ -3,7 +3,7 @@
 //! These types are what the world, the agents and the daemon work with. They are plain data; what a scenario file
 //! may contain, and what is wrong with it, is the business of the other modules. Lengths m, angles rad, times s.
 
-use crate::body::{BodyKind, Limits};
+use crate::body::{BodyKind, Dynamics, Limits, Wheels};
 use crate::choice;
 use crate::params::ParamValues;
 use crate::problem::Problem;
@@ -376,6 +376,10 @@ pub struct Robot {
     pub limits: Limits,
     /// What it is built like, if it is an arm.
     pub arm: Option<ArmSetup>,
+    /// Its wheels, if it is a diff-drive.
+    pub wheels: Option<Wheels>,
+    /// What physics with forces needs to know of its body.
+    pub dynamics: Dynamics,
     /// Body radius, m; of an arm, half the thickness of its links.
     pub radius_m: f64,
     /// Where it starts, m; of an arm, where its tip starts.

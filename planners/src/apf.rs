@@ -132,7 +132,7 @@ impl Planner for Khatib {
         self.imagined = Some(velocity);
         let drive = match input.kind {
             BodyKind::Point => Drive::Velocity(velocity),
-            BodyKind::Unicycle => steer_to_goal(velocity, self.params.heading_gain, input),
+            BodyKind::Unicycle | BodyKind::DiffDrive => steer_to_goal(velocity, self.params.heading_gain, input),
             BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
         // The field keeps holding the robot after it arrived, and lets it be pushed away: it does not stand still.
@@ -153,7 +153,7 @@ impl Khatib {
             Order::Second => {
                 let v = match input.kind {
                     BodyKind::Point | BodyKind::TwoLinkArm => input.velocity,
-                    BodyKind::Unicycle => self.imagined.unwrap_or(input.velocity),
+                    BodyKind::Unicycle | BodyKind::DiffDrive => self.imagined.unwrap_or(input.velocity),
                 };
                 v + (resultant - self.params.damping * v) * input.dt_s
             }

@@ -33,7 +33,7 @@ pub struct Chassis {
 impl Chassis {
     /// What the method plans, made right for the body. A body that is no unicycle gets the plan as it is.
     pub fn plan(&mut self, planner: &mut dyn Planner, input: &PlanInput<'_>) -> Plan {
-        if input.kind != BodyKind::Unicycle {
+        if !BodyKind::ROLLING.contains(&input.kind) {
             return planner.plan(input);
         }
         self.choose_gear(input);

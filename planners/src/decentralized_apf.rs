@@ -155,7 +155,7 @@ impl Planner for DecentralizedApf {
         let velocity = (attractive + repulsive).cap_magnitude(input.limits.speed_mps_max);
         let drive = match input.kind {
             BodyKind::Point => Drive::Velocity(velocity),
-            BodyKind::Unicycle => {
+            BodyKind::Unicycle | BodyKind::DiffDrive => {
                 let turn_radps_max = input.limits.turn_radps_max.min(self.params.omega_max);
                 let limits = Limits { turn_radps_max, ..input.limits };
                 steer_to_goal(velocity, self.params.heading_gain, &PlanInput { limits, ..*input })

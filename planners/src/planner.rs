@@ -1,7 +1,7 @@
 //! What a method is given and what it answers.
 
 use geometry::{ArmState, Capsule};
-use model::{BodyKind, Drive, Limits, PlanState};
+use model::{BodyKind, Drive, Limits, PlanState, Wheels};
 use nalgebra::{Point2, Vector2};
 
 /// Everything a method may look at in one tick. All of it is in the world frame.
@@ -42,6 +42,8 @@ pub struct PlanInput<'a> {
     pub map: &'a [Obstacle],
     /// Own joints and build, if the body is an arm (`BodyKind::TwoLinkArm`).
     pub arm: Option<ArmState>,
+    /// Own wheels, if the body has them (`BodyKind::DiffDrive`): such a body also understands [`Drive::Wheels`].
+    pub wheels: Option<Wheels>,
 }
 
 /// A piece of an obstacle: a disc, a wall, or an edge of a polygon.

@@ -156,7 +156,7 @@ impl Planner for Rpoa {
         let velocity = offset.cap_magnitude(input.limits.speed_mps_max * input.dt_s) / input.dt_s;
         let drive = match input.kind {
             BodyKind::Point => Drive::Velocity(velocity),
-            BodyKind::Unicycle => {
+            BodyKind::Unicycle | BodyKind::DiffDrive => {
                 let twist = steer_to_goal(velocity, self.params.heading_gain, input);
                 if self.guards_against(twist, input) { turn_only(twist) } else { twist }
             }

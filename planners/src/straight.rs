@@ -53,7 +53,7 @@ impl Planner for Straight {
         let velocity = to_goal / distance * speed;
         let drive = match input.kind {
             BodyKind::Point => Drive::Velocity(velocity),
-            BodyKind::Unicycle => steer_to_goal(velocity, self.params.heading_gain, input),
+            BodyKind::Unicycle | BodyKind::DiffDrive => steer_to_goal(velocity, self.params.heading_gain, input),
             BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
         Plan { attractive: velocity, ..Plan::only(drive) }

@@ -34,5 +34,6 @@ pub(crate) fn input() -> PlanInput<'static> {
         neighbors: &[],
         map: &[],
         arm: None,
+        wheels: None,
     }
 }

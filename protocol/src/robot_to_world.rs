@@ -6,7 +6,7 @@ use model::{Drive, PlanState};
 /// The command of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.Command.v2")]
+#[type_name("shoal.Command.v3")]
 pub struct Command {
     /// The tick of the odometry that it was computed from.
     pub tick: u64,
@@ -18,9 +18,9 @@ pub struct Command {
     pub form: u32,
     /// The life of the robot that wrote it.
     pub incarnation: u32,
-    /// Velocity along x, m/s; or forward speed, m/s; or rate of the joint at the base, rad/s.
+    /// Velocity along x, m/s; or forward speed, m/s; or rate of the joint at the base or of the left wheel, rad/s.
     pub first: f64,
-    /// Velocity along y, m/s; or turn rate, rad/s; or rate of the joint at the elbow, rad/s.
+    /// Velocity along y, m/s; or turn rate, rad/s; or rate of the joint at the elbow or of the right wheel, rad/s.
     pub second: f64,
     /// Whether its method has a plan, see the `PLAN_*` constants.
     pub plan: u32,
@@ -37,6 +37,8 @@ impl Command {
     pub const FORM_TWIST: u32 = 2;
     /// The rates of two joints.
     pub const FORM_JOINTS: u32 = 3;
+    /// The rates of two wheels.
+    pub const FORM_WHEELS: u32 = 4;
 
     /// The method has a plan.
     pub const PLAN_READY: u32 = 0;
@@ -70,6 +72,7 @@ impl Command {
             Drive::Velocity(v) => (Command::FORM_VELOCITY, v.x, v.y),
             Drive::Twist { speed_mps, turn_radps } => (Command::FORM_TWIST, speed_mps, turn_radps),
             Drive::Joints { rate_radps: [first, second] } => (Command::FORM_JOINTS, first, second),
+            Drive::Wheels { rate_radps: [left, right] } => (Command::FORM_WHEELS, left, right),
         };
         self
     }
@@ -80,6 +83,7 @@ impl Command {
             Command::FORM_VELOCITY => Some(Drive::Velocity(nalgebra::Vector2::new(self.first, self.second))),
             Command::FORM_TWIST => Some(Drive::Twist { speed_mps: self.first, turn_radps: self.second }),
             Command::FORM_JOINTS => Some(Drive::Joints { rate_radps: [self.first, self.second] }),
+            Command::FORM_WHEELS => Some(Drive::Wheels { rate_radps: [self.first, self.second] }),
             _ => None,
         }
     }

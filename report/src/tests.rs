@@ -6,9 +6,9 @@ use super::judge::{exit_code, impaired_because, starved_because, unmet, verdict}
 use super::text::{Style, render};
 use super::*;
 use model::{
-    BodyKind, Bounds, Class, Clock, Event, EventKind, Expect, Fleet, GoalSource, Limits, Metric, ParamValues, Partner,
-    Processes, Radio, Restart, Robot, RobotOutcome, Scheduling, Silence, Stall, Stop, StragglerPolicy, Task, TaskId,
-    Touch,
+    BodyKind, Bounds, Class, Clock, Dynamics, Event, EventKind, Expect, Fleet, GoalSource, Limits, Metric, ParamValues,
+    Partner, Processes, Radio, Restart, Robot, RobotOutcome, Scheduling, Silence, Stall, Stop, StragglerPolicy, Task,
+    TaskId, Touch,
 };
 
 fn robot(slot: usize) -> Robot {
@@ -24,6 +24,8 @@ fn robot(slot: usize) -> Robot {
             turn_accel_radps2_max: 1.0,
         },
         arm: None,
+        wheels: None,
+        dynamics: Dynamics::default(),
         radius_m: 0.25,
         start: [slot as f64, 0.0].into(),
         start_yaw_rad: 0.0,

@@ -31,5 +31,6 @@ pub fn at_origin(goal: Point2<f64>, obstacles: &[Obstacle]) -> PlanInput<'_> {
         neighbors: &[],
         map: obstacles,
         arm: None,
+        wheels: None,
     }
 }

@@ -358,6 +358,7 @@ impl<P: Planner> Stepper<P> {
             neighbors: &self.neighbors,
             map: &self.seen,
             arm: arm_of(robot, &body),
+            wheels: robot.wheels,
         }))
     }
 
@@ -391,7 +392,14 @@ impl<P: Planner> Stepper<P> {
         let (mut body, robot, rules) = (self.bodies[slot], &self.scenario.robots[slot], self.rules);
         let Some(plan) = plan else { return Body { arrived: true, stopped: true, ..body } };
         body.stopped = plan.stopped;
-        match plan.drive {
+        let drive = match (plan.drive, robot.wheels) {
+            (Drive::Wheels { rate_radps }, Some(wheels)) => {
+                let (speed_mps, turn_radps) = wheels.twist_of(rate_radps);
+                Drive::Twist { speed_mps, turn_radps }
+            }
+            (drive, _) => drive,
+        };
+        match drive {
             Drive::Velocity(velocity) => {
                 body.position += velocity * rules.dt_s;
                 body.velocity = velocity;
@@ -413,6 +421,7 @@ impl<P: Planner> Stepper<P> {
                 body = Body { joints_rad: Some(arm.joints_rad), position: arm.tip(), ..body };
                 body.yaw_rad = arm.joints_rad[0] + arm.joints_rad[1];
             }
+            Drive::Wheels { .. } => {} // a body without wheels
         }
         if !rules.velocities {
             body.velocity = Vector2::zeros();

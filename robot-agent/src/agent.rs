@@ -184,11 +184,16 @@ impl Agent {
                 neighbors: &self.neighbors,
                 map: &self.map,
                 arm,
+                wheels: robot.wheels,
             },
         );
-        let drive = match (plan.drive, arm) {
-            (Drive::Joints { rate_radps }, Some(arm)) => Drive::of_arm(&arm, rate_radps, &robot.limits),
-            (drive, _) => drive.within(&robot.limits),
+        let drive = match (plan.drive, arm, robot.wheels) {
+            (Drive::Joints { rate_radps }, Some(arm), _) => Drive::of_arm(&arm, rate_radps, &robot.limits),
+            (Drive::Wheels { .. }, _, Some(wheels)) => {
+                let rates = wheels.rates_for(plan.drive, &robot.limits);
+                rates.map_or(plan.drive, |rate_radps| Drive::Wheels { rate_radps })
+            }
+            (drive, ..) => drive.within(&robot.limits),
         };
 
         let mut flags = SharedPose::FLAG_SPOKEN;

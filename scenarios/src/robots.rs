@@ -7,7 +7,7 @@ use crate::node::{Given, Node};
 use crate::problems::{Origin, Report};
 use crate::table::{self, Body, KindKey, Kinds, Mobile, RestartPolicy, Root};
 use crate::types::{PlannerName, Rounds};
-use model::{BodyKind, Limits, Motion, ParamValues, Restart, Robot};
+use model::{BodyKind, Dynamics, Limits, Motion, ParamValues, Restart, Robot, Wheels};
 use nalgebra::{Point2, Vector2};
 
 /// What all robots of a file share.
@@ -15,6 +15,7 @@ pub(crate) struct Layers<'a> {
     defaults: Option<&'a Node>,
     point: Option<&'a Node>,
     unicycle: Option<&'a Node>,
+    diff_drive: Option<&'a Node>,
     /// The kind of arms.
     pub(crate) arm: Option<&'a Node>,
     fleet_params: FleetParams,
@@ -47,6 +48,7 @@ impl<'a> Layers<'a> {
             defaults: root.node(Root::defaults),
             point: kinds.and_then(|kinds| kinds.node(Kinds::point)),
             unicycle: kinds.and_then(|kinds| kinds.node(Kinds::unicycle)),
+            diff_drive: kinds.and_then(|kinds| kinds.node(Kinds::diff_drive)),
             arm: kinds.and_then(|kinds| kinds.node(Kinds::two_link_arm)),
             fleet_params: FleetParams::read(root.params_by_planner(Root::planners), report),
             planner,
@@ -55,19 +57,25 @@ impl<'a> Layers<'a> {
         layers.check_method(&[layers.defaults], report);
         layers.check_method(&[layers.point, layers.defaults], report);
         layers.check_method(&[layers.unicycle, layers.defaults], report);
+        layers.check_method(&[layers.diff_drive, layers.defaults], report);
         layers.check_method(&[layers.arm, layers.defaults], report);
         layers
+    }
+
+    /// The defaults of a kind.
+    fn of_kind(&self, kind: BodyKind) -> Option<&'a Node> {
+        match kind {
+            BodyKind::Point => self.point,
+            BodyKind::Unicycle => self.unicycle,
+            BodyKind::DiffDrive => self.diff_drive,
+            BodyKind::TwoLinkArm => self.arm,
+        }
     }
 
     /// The robot that a node describes; without a node the one that the defaults describe.
     pub(crate) fn robot(&self, node: Option<&Node>, place: Place, report: &mut Report) -> Robot {
         let kind = Layered([node, self.defaults].into_iter().flatten().collect()).get(KindKey::kind);
-        let of_kind = match kind {
-            BodyKind::Point => self.point,
-            BodyKind::Unicycle => self.unicycle,
-            BodyKind::TwoLinkArm => self.arm,
-        };
-        let layers = [node, of_kind, self.defaults];
+        let layers = [node, self.of_kind(kind), self.defaults];
         let (planner, params) = self.method(&layers, kind);
         if let Some(node) = node {
             self.check_method(&layers, report);
@@ -95,6 +103,8 @@ impl<'a> Layers<'a> {
                 turn_accel_radps2_max: body.get(Body::turn_accel_radps2_max),
             },
             arm: None,
+            wheels: (kind == BodyKind::DiffDrive).then(Wheels::default),
+            dynamics: Dynamics::default(),
             radius_m: body.get(Mobile::radius_m),
             start: place.start,
             start_yaw_rad: body.get(Mobile::start_yaw_rad).unwrap_or_else(|| geometry::heading(towards)),
@@ -118,7 +128,7 @@ impl<'a> Layers<'a> {
 
     /// Reports a method that cannot drive the robots of a layout.
     pub(crate) fn check_layout(&self, template: &Robot, node: &Node, report: &mut Report) {
-        let of_kind = if template.kind == BodyKind::Unicycle { self.unicycle } else { self.point };
+        let of_kind = self.of_kind(template.kind);
         let place = (node.path.as_str(), node.origin);
         check_kind(&[of_kind, self.defaults], template.kind, &template.planner, place, report);
     }
@@ -192,9 +202,9 @@ fn in_force<'a>(layers: &[Option<&'a Node>]) -> Vec<(Option<&'a Node>, String)> 
 
 /// Reports a heading that a body cannot turn to.
 pub(crate) fn check_goal_yaw(robot: &Robot, yaw_rad: Option<f64>, key: &str, origin: Origin, report: &mut Report) {
-    if yaw_rad.is_some() && robot.kind != BodyKind::Unicycle {
+    if yaw_rad.is_some() && !BodyKind::ROLLING.contains(&robot.kind) {
         let message = format!("a {} does not turn: it has no heading at its goal", robot.kind.word());
-        report.add_hint(origin, key, message, "leave the third number out, or make it a unicycle");
+        report.add_hint(origin, key, message, "leave the third number out, or make it a unicycle or a diff-drive");
     }
 }
 

@@ -36,7 +36,7 @@ fn check(scenario: &Scenario) {
             }
             match robot.kind {
                 BodyKind::Point => point(robot, &begin, body, dt_s, &what),
-                BodyKind::Unicycle => unicycle(robot, &begin, body, dt_s, &what),
+                BodyKind::Unicycle | BodyKind::DiffDrive => unicycle(robot, &begin, body, dt_s, &what),
                 BodyKind::TwoLinkArm => arm(robot, &begin, body, dt_s, &what),
             }
         }

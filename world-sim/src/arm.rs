@@ -39,7 +39,7 @@ impl Arm {
     pub(crate) fn advance(&mut self, wanted_radps: [f64; 2], limits: &Limits, dt_s: f64) {
         let within = |rate_radps| match Drive::of_arm(&self.state, rate_radps, limits) {
             Drive::Joints { rate_radps } => rate_radps,
-            Drive::Velocity(_) | Drive::Twist { .. } => [0.0; 2],
+            Drive::Velocity(_) | Drive::Twist { .. } | Drive::Wheels { .. } => [0.0; 2],
         };
         let (wanted, change_max) = (within(wanted_radps), limits.turn_accel_radps2_max * dt_s);
         let rate = within([0, 1].map(|i| towards(self.rate_radps[i], wanted[i], change_max)));
@@ -60,6 +60,7 @@ impl Arm {
             velocity: self.state.tip_velocity(self.rate_radps),
             speed_mps: 0.0,
             turn_radps: self.rate_radps[0] + self.rate_radps[1],
+            wheel_radps: [0.0; 2],
         }
     }
 

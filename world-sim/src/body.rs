@@ -1,7 +1,7 @@
 //! A robot as the physics sees it: plain numbers, refreshed from its presence when a tick opens.
 
 use crate::kinematics::Pose;
-use model::{BodyKind, Limits, Robot, RobotIndex, RobotInstance};
+use model::{BodyKind, Limits, Robot, RobotIndex, RobotInstance, Wheels};
 use nalgebra::Point2;
 
 /// The body of one slot, and what it can sense.
@@ -10,6 +10,8 @@ pub(crate) struct Body {
     pub(crate) instance: RobotInstance,
     pub(crate) kind: BodyKind,
     pub(crate) limits: Limits,
+    /// Its wheels, if it is a diff-drive.
+    pub(crate) wheels: Option<Wheels>,
     pub(crate) radius_m: f64,
     pub(crate) sensor_range_m: f64,
     pub(crate) radio_range_m: f64,
@@ -35,6 +37,7 @@ impl Body {
             instance: RobotInstance { index: RobotIndex::of(slot), incarnation: 0 },
             kind: robot.kind,
             limits: robot.limits,
+            wheels: robot.wheels,
             radius_m: robot.radius_m,
             sensor_range_m: robot.sensor_range_m,
             radio_range_m: robot.radio_range_m,
@@ -83,6 +86,7 @@ pub(crate) mod testing {
             instance: RobotInstance { index: RobotIndex::of(slot), incarnation: 0 },
             kind: BodyKind::Point,
             limits,
+            wheels: None,
             radius_m,
             sensor_range_m: f64::INFINITY,
             radio_range_m: f64::INFINITY,

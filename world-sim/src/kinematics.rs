@@ -1,7 +1,7 @@
 //! How the bodies of robots move during a tick.
 
 use geometry::wrap;
-use model::{BodyKind, Drive, Limits};
+use model::{BodyKind, Drive, Limits, Wheels};
 use nalgebra::{Point2, Vector2};
 
 /// Where a body is and how it moves.
@@ -13,21 +13,24 @@ pub(crate) struct Pose {
     pub(crate) yaw_rad: f64,
     /// In the world frame, m/s.
     pub(crate) velocity: Vector2<f64>,
-    /// Forward speed of a unicycle, m/s, negative in reverse.
+    /// Forward speed of a unicycle or a diff-drive, m/s, negative in reverse.
     pub(crate) speed_mps: f64,
-    /// Turn rate of a unicycle, or of the last link of an arm, rad/s.
+    /// Turn rate of a unicycle or a diff-drive, or of the last link of an arm, rad/s.
     pub(crate) turn_radps: f64,
+    /// Rates of the wheels of a diff-drive, left and right, rad/s.
+    pub(crate) wheel_radps: [f64; 2],
 }
 
 impl Pose {
     /// Standing still.
     pub(crate) fn resting(position: Point2<f64>, yaw_rad: f64) -> Pose {
-        Pose { position, yaw_rad: wrap(yaw_rad), velocity: Vector2::zeros(), speed_mps: 0.0, turn_radps: 0.0 }
+        let yaw_rad = wrap(yaw_rad);
+        Pose { position, yaw_rad, velocity: Vector2::zeros(), speed_mps: 0.0, turn_radps: 0.0, wheel_radps: [0.0; 2] }
     }
 
     /// Stops at once, whatever the limits: a robot that nobody steers stands.
     pub(crate) fn halt(&mut self) {
-        *self = Pose { velocity: Vector2::zeros(), speed_mps: 0.0, turn_radps: 0.0, ..*self };
+        *self = Pose { velocity: Vector2::zeros(), speed_mps: 0.0, turn_radps: 0.0, wheel_radps: [0.0; 2], ..*self };
     }
 
     /// One tick of `dt_s` under a drive that [fits](fits) the body.
@@ -42,8 +45,19 @@ impl Pose {
                 self.turn_radps = turn_radps.clamp(-turn_max, turn_max);
                 self.roll(dt_s);
             }
-            Drive::Joints { .. } => {} // moves an arm, which has the pose of its tip from its joints
+            // These move arms and wheels: the pose of an arm's tip follows from its joints, for wheels see below.
+            Drive::Joints { .. } | Drive::Wheels { .. } => {}
         }
+    }
+
+    /// The same for a body on wheels: each wheel gets as near to the rate that is asked of it as its acceleration allows.
+    ///
+    /// Each rate is on its way from one that is within all limits to another such, so all of them hold at any time.
+    pub(crate) fn advance_on(&mut self, wheels: &Wheels, drive: Drive, limits: &Limits, dt_s: f64) {
+        let Some(wanted_radps) = wheels.rates_for(drive, limits) else { return };
+        self.wheel_radps = wheels.towards(self.wheel_radps, wanted_radps, dt_s);
+        (self.speed_mps, self.turn_radps) = wheels.twist_of(self.wheel_radps);
+        self.roll(dt_s);
     }
 
     /// A point: the velocity changes at the start of the tick and then stays.
@@ -55,7 +69,7 @@ impl Pose {
         self.position += self.velocity * dt_s;
     }
 
-    /// A unicycle on the exact arc: its chord has the direction of the yaw half way, and the length of the arc times
+    /// A unicycle or a diff-drive on the exact arc: its chord has the direction of the yaw half way, and the length of the arc times
     /// sin h / h, where h is half the angle turned.
     fn roll(&mut self, dt_s: f64) {
         let half = 0.5 * self.turn_radps * dt_s;
@@ -71,11 +85,12 @@ impl Pose {
 /// Whether a body of this kind can follow the drive: the right form, and finite.
 pub(crate) fn fits(kind: BodyKind, drive: &Drive) -> bool {
     let form = match drive {
-        Drive::Velocity(_) => BodyKind::Point,
-        Drive::Twist { .. } => BodyKind::Unicycle,
-        Drive::Joints { .. } => BodyKind::TwoLinkArm,
+        Drive::Velocity(_) => kind == BodyKind::Point,
+        Drive::Twist { .. } => BodyKind::ROLLING.contains(&kind),
+        Drive::Wheels { .. } => kind == BodyKind::DiffDrive,
+        Drive::Joints { .. } => kind == BodyKind::TwoLinkArm,
     };
-    form == kind && drive.is_finite()
+    form && drive.is_finite()
 }
 
 /// sin h / h. The two terms of the series are exact to rounding where they are used.
@@ -123,7 +138,82 @@ mod tests {
         }
     }
 
+    fn wheels() -> impl Strategy<Value = Wheels> {
+        (0.01..0.2f64, 0.1..0.6f64, 1.0..30.0f64, 1.0..300.0f64).prop_map(|(radius_m, track_m, speed, accel)| Wheels {
+            radius_m,
+            track_m,
+            speed_radps_max: speed,
+            accel_radps2_max: accel,
+            torque_nm_max: f64::INFINITY,
+        })
+    }
+
+    #[test]
+    fn wheels_turn_a_body_where_it_stands_and_drive_it_ahead() {
+        let wheels = Wheels::default();
+        let mut pose = Pose::resting(Point2::origin(), 0.0);
+        pose.advance_on(&wheels, Drive::Wheels { rate_radps: [-2.0, 2.0] }, &wheels.limits(), 1.0);
+        assert_eq!((pose.position, pose.speed_mps), (Point2::origin(), 0.0));
+        assert!((pose.yaw_rad - 0.033 * 4.0 / 0.16).abs() < 1e-12, "{pose:?}");
+        pose.yaw_rad = 0.0;
+        pose.advance_on(&wheels, Drive::Wheels { rate_radps: [2.0, 2.0] }, &wheels.limits(), 1.0);
+        assert!((pose.position - Point2::new(0.066, 0.0)).norm() < 1e-12, "{pose:?}");
+    }
+
     proptest! {
+        #[test]
+        fn no_wheel_is_faster_or_changes_faster_than_it_can(
+            wheels in wheels(), dt in 0.005..0.2f64, share in 0.2..1.0f64, reverse in 0.0..1.0f64,
+            asks in prop::collection::vec((-60.0..60.0f64, -60.0..60.0f64, any::<bool>()), 1..40)
+        ) {
+            let most = wheels.limits();
+            let limits = Limits {
+                speed_mps_max: share * most.speed_mps_max,
+                reverse_mps_max: reverse * most.speed_mps_max,
+                turn_radps_max: share * most.turn_radps_max,
+                ..most
+            };
+            let mut pose = Pose::resting(Point2::origin(), 0.0);
+            for (first, second, as_twist) in asks {
+                let before = pose;
+                let drive = if as_twist {
+                    Drive::Twist { speed_mps: 0.1 * first, turn_radps: second }
+                } else {
+                    Drive::Wheels { rate_radps: [first, second] }
+                };
+                pose.advance_on(&wheels, drive, &limits, dt);
+                for (rate, from) in pose.wheel_radps.iter().zip(before.wheel_radps) {
+                    prop_assert!(rate.abs() <= wheels.speed_radps_max, "{pose:?}");
+                    prop_assert!((rate - from).abs() <= wheels.accel_radps2_max * dt * (1.0 + 1e-12), "{pose:?}");
+                }
+                // The body keeps its limits also on the way from one drive to the next.
+                prop_assert!(pose.speed_mps <= limits.speed_mps_max + 1e-12, "{pose:?}");
+                prop_assert!(pose.speed_mps >= -limits.reverse_mps_max - 1e-12, "{pose:?}");
+                prop_assert!(pose.turn_radps.abs() <= limits.turn_radps_max + 1e-9, "{pose:?}");
+                prop_assert_eq!((pose.speed_mps, pose.turn_radps), wheels.twist_of(pose.wheel_radps));
+                prop_assert!((pose.position - before.position).norm() <= pose.speed_mps.abs() * dt + 1e-12);
+            }
+        }
+
+        #[test]
+        fn wheels_that_follow_at_once_drive_as_a_unicycle(
+            wheels in wheels(), dt in 0.005..0.2f64, yaw in -3.0..3.0f64,
+            shares in prop::collection::vec((-0.5..0.5f64, -0.5..0.5f64), 1..40)
+        ) {
+            let wheels = Wheels { accel_radps2_max: f64::INFINITY, ..wheels };
+            let limits = wheels.limits();
+            let mut unicycle = Pose::resting(Point2::new(0.3, -0.1), yaw);
+            let mut on_wheels = unicycle;
+            for (speed, turn) in shares {
+                // Half of each at most: together no more than the wheels give.
+                let drive = Drive::Twist { speed_mps: speed * limits.speed_mps_max, turn_radps: turn * limits.turn_radps_max };
+                unicycle.advance(drive, &limits, dt);
+                on_wheels.advance_on(&wheels, drive, &limits, dt);
+                prop_assert!((on_wheels.position - unicycle.position).norm() < 1e-12, "{on_wheels:?} {unicycle:?}");
+                prop_assert!(wrap(on_wheels.yaw_rad - unicycle.yaw_rad).abs() < 1e-12, "{on_wheels:?} {unicycle:?}");
+            }
+        }
+
         #[test]
         fn the_arc_is_what_many_small_steps_reach(
             yaw in -3.0..3.0f64, speed in -0.5..1.5f64, turn in -2.0..2.0f64, dt in 0.001..0.5f64

@@ -467,9 +467,10 @@ impl World {
             }
             body.pose = arm.pose();
         } else {
-            match fitting {
-                Some(drive) => body.pose.advance(drive, &body.limits, dt_s),
-                None => body.pose.halt(),
+            match (fitting, &body.wheels) {
+                (Some(drive), Some(wheels)) => body.pose.advance_on(wheels, drive, &body.limits, dt_s),
+                (Some(drive), None) => body.pose.advance(drive, &body.limits, dt_s),
+                (None, _) => body.pose.halt(),
             }
         }
         if let (Some(drive), None) = (drive, fitting)

@@ -6,7 +6,7 @@ mod counting;
 use counting::calls;
 use geometry::{ArmGeometry, Capsule};
 use model::*;
-use model::{BodyKind, Drive, Limits};
+use model::{BodyKind, Drive, Dynamics, Limits};
 use nalgebra::{Point2, Vector2};
 use shoal_world_sim::World;
 
@@ -25,6 +25,8 @@ fn rings(count: usize) -> Scenario {
         kind: BodyKind::Point,
         limits,
         arm: None,
+        wheels: None,
+        dynamics: Dynamics::default(),
         radius_m: 0.1,
         start: Point2::new(3.0 * slot as f64, 0.0),
         start_yaw_rad: 0.0,

@@ -141,12 +141,11 @@ impl Coordinator {
         }
         let kind = match new.kind.as_deref() {
             None => None,
-            Some("point") => Some(BodyKind::Point),
-            Some("unicycle") => Some(BodyKind::Unicycle),
-            Some("two-link-arm") => Some(BodyKind::TwoLinkArm), // refused below, with the reason
-            Some(other) => {
-                return Err(refused(&format!("unknown kind `{other}`"), Some("known kinds: point, unicycle")));
-            }
+            // An arm is refused below, with the reason.
+            Some(word) => Some(BodyKind::ALL.iter().copied().find(|kind| kind.word() == word).ok_or_else(|| {
+                let known: Vec<&str> = BodyKind::MOBILE.iter().map(|kind| kind.word()).collect();
+                refused(&format!("unknown kind `{word}`"), Some(&format!("known kinds: {}", known.join(", "))))
+            })?),
         };
         let wish = scenarios::NewRobot {
             id: new.id.clone(),

@@ -11,7 +11,7 @@ use nalgebra::Vector2;
 /// The robot as the forces see it. A point robot starts facing its goal.
 pub(crate) fn own(input: &PlanInput<'_>, remembered_rad: Option<f64>, sgn_zero: bool) -> Own {
     let heading_rad = match input.kind {
-        BodyKind::Unicycle | BodyKind::TwoLinkArm => input.yaw_rad,
+        BodyKind::Unicycle | BodyKind::DiffDrive | BodyKind::TwoLinkArm => input.yaw_rad,
         BodyKind::Point => remembered_rad.unwrap_or_else(|| {
             let to_goal = input.goal - input.position;
             if to_goal.norm() > 0.0 { to_goal.y.atan2(to_goal.x) } else { input.yaw_rad }
@@ -28,7 +28,7 @@ pub(crate) fn drive(twist: Twist, own: &Own, input: &PlanInput<'_>, remembered_r
     let speed_mps = speed_mps.min(stoppable_speed(to_goal.norm(), &input.limits));
     match input.kind {
         BodyKind::TwoLinkArm => Drive::stop(input.kind),
-        BodyKind::Unicycle => {
+        BodyKind::Unicycle | BodyKind::DiffDrive => {
             let speed_mps = speed_mps.min(turning_speed(to_goal, own.heading_rad, &input.limits));
             // A body that cannot turn that fast drives the same curve, slower.
             let over = turn_radps.abs() / input.limits.turn_radps_max;

@@ -89,7 +89,7 @@ impl Layer {
                 Drive::Velocity(wanted.cap_magnitude(speed_max))
             }
             BodyKind::Point => Drive::Velocity(kept((wanted + push).cap_magnitude(speed_max))),
-            BodyKind::Unicycle => {
+            BodyKind::Unicycle | BodyKind::DiffDrive => {
                 let velocity = kept((wanted + push).cap_magnitude(speed_max));
                 // Who is pushed gets out of the way first.
                 let pushed = push != Vector2::zeros();
@@ -171,6 +171,6 @@ pub fn speed_near(distance_m: f64, heading_gain: f64, input: &PlanInput<'_>) -> 
     let stopping = stoppable(distance_m, input);
     match input.kind {
         BodyKind::Point | BodyKind::TwoLinkArm => stopping,
-        BodyKind::Unicycle => stopping.min(heading_gain * distance_m),
+        BodyKind::Unicycle | BodyKind::DiffDrive => stopping.min(heading_gain * distance_m),
     }
 }

@@ -166,7 +166,7 @@ impl Liquid {
         let stride_m = input.limits.speed_mps_max * input.dt_s;
         let reach_m = match input.kind {
             BodyKind::Point | BodyKind::TwoLinkArm => stride_m,
-            BodyKind::Unicycle => stride_m.max(self.params.lookahead_m),
+            BodyKind::Unicycle | BodyKind::DiffDrive => stride_m.max(self.params.lookahead_m),
         };
         // A robot that was pushed aside goes on beside its path, and back to it bit by bit.
         let aside_m = (path[self.at] - position).norm();
@@ -187,7 +187,7 @@ impl Liquid {
         let speed_max = speed_near((last - position).norm(), self.params.common.heading_gain, input);
         let wanted = match input.kind {
             BodyKind::Point | BodyKind::TwoLinkArm => towards(carrot, input).cap_magnitude(speed_max),
-            BodyKind::Unicycle => {
+            BodyKind::Unicycle | BodyKind::DiffDrive => {
                 let to_carrot = carrot - position;
                 let turning = self.params.common.heading_gain * to_carrot.norm();
                 let speed = input.limits.speed_mps_max.min(speed_max).min(turning);

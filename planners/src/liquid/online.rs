@@ -226,7 +226,7 @@ impl LiquidOnline {
         let speed_max = speed_near(distance, self.params.common.heading_gain, input);
         match input.kind {
             BodyKind::Point | BodyKind::TwoLinkArm => towards(leg.to, input).cap_magnitude(speed_max),
-            BodyKind::Unicycle => {
+            BodyKind::Unicycle | BodyKind::DiffDrive => {
                 let speed = input.limits.speed_mps_max.min(self.law.step_m / input.dt_s).min(speed_max);
                 speed * (leg.to - leg.from) / self.law.step_m
             }
@@ -257,7 +257,7 @@ impl Leg {
     fn is_over(&self, position: Point2<f64>, kind: BodyKind, step_m: f64) -> bool {
         let (along, driven) = ((self.to - self.from) / step_m, position - self.from);
         let off = match kind {
-            BodyKind::Unicycle => driven.norm() > 1.5 * step_m,
+            BodyKind::Unicycle | BodyKind::DiffDrive => driven.norm() > 1.5 * step_m,
             _ => along.perp(&driven).abs().max(-along.dot(&driven)) > step_m / 4.0,
         };
         along.dot(&driven) >= 0.75 * step_m || off

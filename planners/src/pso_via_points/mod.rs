@@ -350,7 +350,7 @@ impl Planner for PsoViaPoints {
         let (attractive, repulsive) = (self.alone(input), self.pushes(input));
         let velocity = (attractive + repulsive).cap_magnitude(input.limits.speed_mps_max);
         let drive = match input.kind {
-            BodyKind::Unicycle => steer_to_goal(velocity, self.in_plane.heading_gain, input),
+            BodyKind::Unicycle | BodyKind::DiffDrive => steer_to_goal(velocity, self.in_plane.heading_gain, input),
             BodyKind::Point | BodyKind::TwoLinkArm => Drive::Velocity(velocity),
         };
         Plan { attractive, repulsive, state, ..Plan::only(drive) }

@@ -17,7 +17,7 @@ fn plan(params: &str, scene: &Scene) -> Plan {
 fn velocity(plan: &Plan) -> Vector2<f64> {
     match plan.drive {
         Drive::Velocity(velocity) => velocity,
-        Drive::Twist { .. } | Drive::Joints { .. } => panic!("a point robot is asked for a velocity"),
+        other => panic!("a point robot is asked for a velocity, not {other:?}"),
     }
 }
 

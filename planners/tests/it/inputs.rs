@@ -1,7 +1,7 @@
 //! Inputs for a planner: an owned scene, and short ways to write its parts.
 
 use geometry::Capsule;
-use model::{BodyKind, Limits, ParamValue, ParamValues};
+use model::{BodyKind, Limits, ParamValue, ParamValues, Wheels};
 use nalgebra::{Point2, Vector2};
 use shoal_planners::{Identity, METHODS, Method, Neighbor, Obstacle, PlanInput, Planner};
 
@@ -67,6 +67,7 @@ impl Scene {
             neighbors: &self.neighbors,
             map: &self.obstacles,
             arm: None,
+            wheels: (self.kind == BodyKind::DiffDrive).then(Wheels::default),
         }
     }
 }

@@ -49,7 +49,9 @@ fn drive(scene: &mut Scene, planner: &mut dyn Planner, ticks: u64) -> Vec<Point2
                 let speed = before + (speed_mps - before).clamp(-change_max, change_max);
                 scene.velocity = speed * Vector2::new(scene.yaw_rad.cos(), scene.yaw_rad.sin());
             }
-            Drive::Joints { .. } => panic!("no arm drives here"),
+            other @ (Drive::Joints { .. } | Drive::Wheels { .. }) => {
+                panic!("no method asks a mobile body for {other:?}")
+            }
         }
         scene.position += scene.velocity * DT_S;
         path.push(scene.position);

@@ -60,12 +60,20 @@ fn obstacle(size: f64) -> impl Strategy<Value = Obstacle> {
 
 /// A robot somewhere within `size` of the origin, among up to `others` robots and as many obstacles.
 pub(crate) fn scene(size: f64, others: usize) -> impl Strategy<Value = Scene> {
-    let own = (point(size), -4.0..4.0f64, vector(1.0), 0.05..0.5f64, any::<bool>(), point(size), any::<bool>());
+    let own = (
+        point(size),
+        -4.0..4.0f64,
+        vector(1.0),
+        0.05..0.5f64,
+        proptest::sample::select(BodyKind::MOBILE),
+        point(size),
+        any::<bool>(),
+    );
     let limits = (0.01..3.0f64, 0.0..1.0f64, 0.1..6.0f64);
     let around =
         (proptest::collection::vec(obstacle(size), 0..=others), proptest::collection::vec(neighbor(size), 0..=others));
     (own, limits, around).prop_map(|(own, (speed_mps_max, reverse_mps_max, turn_radps_max), around)| {
-        let (position, yaw_rad, velocity, radius_m, is_point, goal, arrived) = own;
+        let (position, yaw_rad, velocity, radius_m, kind, goal, arrived) = own;
         let (mut obstacles, mut neighbors) = around;
         // Every second obstacle is one more piece of the one before.
         obstacles.iter_mut().enumerate().for_each(|(i, obstacle)| obstacle.id = i as u32 / 2);
@@ -75,7 +83,7 @@ pub(crate) fn scene(size: f64, others: usize) -> impl Strategy<Value = Scene> {
             yaw_rad,
             velocity,
             radius_m,
-            kind: if is_point { BodyKind::Point } else { BodyKind::Unicycle },
+            kind,
             limits: Limits { speed_mps_max, reverse_mps_max, turn_radps_max, ..crate::inputs::LIMITS },
             goal,
             arrived,
@@ -114,7 +122,7 @@ pub(crate) fn check_sane(name: &str, scene: &Scene, plan: &Plan) -> Result<(), T
         (BodyKind::Point, Drive::Velocity(v)) => {
             prop_assert!(v.norm() <= limits.speed_mps_max * rounding, "{name}: {v:?}");
         }
-        (BodyKind::Unicycle, Drive::Twist { speed_mps, turn_radps }) => {
+        (BodyKind::Unicycle | BodyKind::DiffDrive, Drive::Twist { speed_mps, turn_radps }) => {
             prop_assert!(speed_mps <= limits.speed_mps_max && speed_mps >= -limits.reverse_mps_max, "{name}");
             prop_assert!(turn_radps.abs() <= limits.turn_radps_max, "{name}: {turn_radps}");
         }
@@ -187,6 +195,9 @@ fn mapped_plan(plan: Plan, vector: impl Fn(Vector2<f64>) -> Vector2<f64>, side: 
             Drive::Velocity(v) => Drive::Velocity(vector(v)),
             Drive::Twist { speed_mps, turn_radps } => Drive::Twist { speed_mps, turn_radps: side * turn_radps },
             Drive::Joints { rate_radps } => Drive::Joints { rate_radps: rate_radps.map(|rate| side * rate) },
+            // A mirror changes left and right.
+            Drive::Wheels { rate_radps: [left, right] } if side < 0.0 => Drive::Wheels { rate_radps: [right, left] },
+            drive @ Drive::Wheels { .. } => drive,
         },
         attractive: vector(plan.attractive),
         repulsive: vector(plan.repulsive),
@@ -309,9 +320,7 @@ fn degenerate_scenes() {
     rows.push(heap);
     let remote = |scene: &Scene| mapped(scene, |p| p + Vector2::new(-1e6, 1e6), |v| v, |yaw| yaw);
     rows.extend(rows.iter().map(remote).collect::<Vec<_>>());
-    for (mut scene, kind) in
-        rows.iter().cloned().flat_map(|scene| [(scene.clone(), BodyKind::Point), (scene, BodyKind::Unicycle)])
-    {
+    for (mut scene, kind) in rows.iter().flat_map(|scene| BodyKind::MOBILE.iter().map(|kind| (scene.clone(), *kind))) {
         scene.kind = kind;
         for (name, mut planner) in every_variant() {
             for plan in plans(&mut *planner, &scene) {

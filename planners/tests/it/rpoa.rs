@@ -194,7 +194,7 @@ proptest! {
                 let (sin, cos) = (yaw_rad + turn_radps * DT_S).sin_cos();
                 scene.position + speed_mps * DT_S * Vector2::new(cos, sin)
             }
-            Drive::Joints { .. } => panic!("nobody has joints here"),
+            other => panic!("no method asks a mobile body for {other:?}"),
         };
         // The particle keeps the distance; half way to it, where a point gets in a tick, may be a little nearer.
         prop_assert!(clearance(next) > (now - 0.02).min(0.15 - 0.02), "{} after {now}", clearance(next));

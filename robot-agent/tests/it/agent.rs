@@ -230,7 +230,9 @@ fn an_arm_is_shown_its_joints_and_tells_them() {
 
 #[test]
 fn commands_hold_every_drive() {
-    let drives = [GO, Drive::Twist { speed_mps: 1.0, turn_radps: -2.0 }, Drive::Joints { rate_radps: [0.25, -0.5] }];
+    let rate_radps = [0.25, -0.5];
+    let twist = Drive::Twist { speed_mps: 1.0, turn_radps: -2.0 };
+    let drives = [GO, twist, Drive::Joints { rate_radps }, Drive::Wheels { rate_radps }];
     for drive in drives {
         assert_eq!(Command::default().with_drive(drive).drive(), Some(drive));
     }

@@ -37,6 +37,13 @@ static KINDS_UNICYCLE: Section = Section {
     groups: &[Mobile::KEYS, Body::KEYS],
 };
 
+static KINDS_DIFF_DRIVE: Section = Section {
+    title: "[kinds.diff-drive]",
+    help: "Default values for diff-drives.",
+    tag: None,
+    groups: &[Mobile::KEYS, Body::KEYS],
+};
+
 static KINDS_ARM: Section = Section {
     title: "[kinds.two-link-arm]",
     help: "Default values for arms.",
@@ -55,8 +62,8 @@ pub(super) static ROBOT: Section = Section {
 keys! {
     /// What robots and defaults can have.
     pub(crate) keys KindKey {
-        /// Body kind. point: any velocity in the plane; unicycle: forward speed and turn rate; two-link-arm: fixed
-        /// base, two joint rates.
+        /// Body kind. point: any velocity in the plane; unicycle: forward speed and turn rate; diff-drive: the same, by two
+        /// wheels on one axle; two-link-arm: fixed base, two joint rates.
         kind: BodyKind = BodyKind::Point, "";
     }
 }
@@ -68,6 +75,9 @@ keys! {
         point: Table => optional, "", &KINDS_POINT;
         /// Default values for unicycles.
         unicycle: Table => optional, "", &KINDS_UNICYCLE;
+        /// Default values for diff-drives.
+        #[name("diff-drive")]
+        diff_drive: Table => optional, "", &KINDS_DIFF_DRIVE;
         /// Default values for arms.
         #[name("two-link-arm")]
         two_link_arm: Table => optional, "", &KINDS_ARM;

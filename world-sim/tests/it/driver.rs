@@ -1,7 +1,7 @@
 //! Scenarios in a line, and a fleet whose agents head straight for their goals.
 
 use model::*;
-use model::{BodyKind, Drive, Limits, RobotIndex, RobotInstance};
+use model::{BodyKind, Drive, Dynamics, Limits, RobotIndex, RobotInstance};
 use nalgebra::{Point2, Vector2};
 use planners::steering::steer;
 use protocol::world_to_daemon::Notice;
@@ -23,6 +23,8 @@ pub(crate) fn robot(slot: usize, start: [f64; 2], goal: [f64; 2]) -> Robot {
             turn_accel_radps2_max: f64::INFINITY,
         },
         arm: None,
+        wheels: None,
+        dynamics: Dynamics::default(),
         radius_m: 0.25,
         start: start.into(),
         start_yaw_rad: 0.0,
@@ -141,7 +143,7 @@ impl Driver {
         let velocity = (way * HZ).cap_magnitude(limits.speed_mps_max);
         match kind {
             BodyKind::Point => Drive::Velocity(velocity),
-            BodyKind::Unicycle => steer(velocity, odometry.yaw_rad, 4.0, &limits),
+            BodyKind::Unicycle | BodyKind::DiffDrive => steer(velocity, odometry.yaw_rad, 4.0, &limits),
             BodyKind::TwoLinkArm => Drive::stop(kind),
         }
     }

@@ -2,7 +2,9 @@
 
 use crate::driver::{Driver, HZ, at, robot, scenario};
 use geometry::{Capsule, segment_distance, swept_distance};
-use model::{BodyKind, Bounds, Drive, EventName, Motion, Obstacle, RobotIndex, Scenario, Shape, TimelineAction};
+use model::{
+    BodyKind, Bounds, Drive, EventName, Motion, Obstacle, RobotIndex, Scenario, Shape, TimelineAction, Wheels,
+};
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
 use shoal_world_sim::World;
@@ -155,6 +157,15 @@ fn inside_a_polygon_is_overlap() {
     assert!((outcome.min_obstacle_clearance_m.unwrap() + 3.25).abs() < 1e-9, "{:?}", outcome.min_obstacle_clearance_m);
 }
 
+/// Wheels that give a body 4 m/s.
+const FAST_WHEELS: Wheels = Wheels {
+    radius_m: 0.05,
+    track_m: 0.3,
+    speed_radps_max: 80.0,
+    accel_radps2_max: 500.0,
+    torque_nm_max: f64::INFINITY,
+};
+
 /// A world of robots and obstacles that move at random, in which everything is recorded.
 #[derive(Debug)]
 struct Chaos {
@@ -165,16 +176,17 @@ struct Chaos {
 
 fn chaos() -> impl Strategy<Value = Chaos> {
     let place = || (-3.0..3.0f64, -3.0..3.0f64);
-    let robots = prop::collection::vec((place(), 0.05..0.4f64, any::<bool>(), 0..12u64), 1..10);
+    let robots =
+        prop::collection::vec((place(), 0.05..0.4f64, prop::sample::select(BodyKind::MOBILE), 0..12u64), 1..10);
     let obstacles = prop::collection::vec((place(), place(), 0.0..0.4f64, 0..4u8), 0..5);
     let drives = prop::collection::vec(prop::collection::vec((-4.0..4.0f64, -4.0..4.0f64), 10), 20);
     (robots, obstacles, drives).prop_map(|(robots, obstacles, drives)| {
         let mut scenario = scenario(Vec::new());
-        for (slot, ((x, y), radius, unicycle, joins)) in robots.into_iter().enumerate() {
+        for (slot, ((x, y), radius, kind, joins)) in robots.into_iter().enumerate() {
             let mut robot = robot(slot, [x, y], [99.0, 99.0]);
             robot.radius_m = radius;
             robot.limits.speed_mps_max = 4.0;
-            robot.kind = if unicycle { BodyKind::Unicycle } else { BodyKind::Point };
+            (robot.kind, robot.wheels) = (kind, (kind == BodyKind::DiffDrive).then_some(FAST_WHEELS));
             scenario.robots.push(robot);
             if joins > 6 {
                 scenario.events.push(at(joins, TimelineAction::Join { robot: slot }));
@@ -195,7 +207,8 @@ fn chaos() -> impl Strategy<Value = Chaos> {
         let kinds: Vec<BodyKind> = scenario.robots.iter().map(|robot| robot.kind).collect();
         let drive = |kind: &BodyKind, (first, second): (f64, f64)| match kind {
             BodyKind::Point => Drive::Velocity(Vector2::new(first, second)),
-            BodyKind::Unicycle => Drive::Twist { speed_mps: first, turn_radps: second },
+            BodyKind::DiffDrive if first < second => Drive::Wheels { rate_radps: [40.0 * first, 40.0 * second] },
+            BodyKind::Unicycle | BodyKind::DiffDrive => Drive::Twist { speed_mps: first, turn_radps: second },
             BodyKind::TwoLinkArm => Drive::Joints { rate_radps: [first, second] },
         };
         let drives =
@@ -317,6 +330,29 @@ fn bad_commands_stop_the_robot_and_are_logged_once() {
     let scolded: Vec<_> =
         events.iter().filter(|e| e.kind.name() == EventName::BadCommand).map(|e| (e.tick, e.robot)).collect();
     assert_eq!(scolded, [(0, Some(RobotIndex(0))), (0, Some(RobotIndex(1)))]);
+}
+
+/// A diff-drive takes twists and rates of wheels, no other body takes the latter, and what is not a number stops it.
+#[test]
+fn only_wheels_take_rates_of_wheels() {
+    let mut scenario = scenario((0..4).map(|i| robot(i, [0.0, i as f64], [9.0, i as f64])).collect());
+    (scenario.robots[0].kind, scenario.robots[1].kind) = (BodyKind::Point, BodyKind::Unicycle);
+    for robot in &mut scenario.robots[2..] {
+        (robot.kind, robot.wheels) = (BodyKind::DiffDrive, Some(FAST_WHEELS));
+    }
+    let mut world = World::new(&scenario);
+    let mut tick = |drive: [Drive; 2]| {
+        world.open(&mut |_| true);
+        world.close(&mut |instance| Some(drive[instance.index.at() / 3]));
+        [0, 1, 2, 3].map(|slot| world.odometry(slot).x_m > 0.0)
+    };
+    let (ahead, twist) = ([10.0, 10.0], Drive::Twist { speed_mps: 0.5, turn_radps: 0.0 });
+    assert_eq!(tick([Drive::Wheels { rate_radps: ahead }, twist]), [false, false, true, true]);
+    tick([Drive::Wheels { rate_radps: [f64::NAN, 1.0] }, Drive::Wheels { rate_radps: ahead }]);
+    let events = world.outcome().events;
+    let refused: Vec<_> =
+        events.iter().filter(|e| e.kind.name() == EventName::BadCommand).map(|e| (e.tick, e.robot)).collect();
+    assert_eq!(refused, [(0, Some(RobotIndex(0))), (0, Some(RobotIndex(1))), (1, Some(RobotIndex(2)))]);
 }
 
 #[test]

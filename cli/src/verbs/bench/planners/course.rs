@@ -96,6 +96,7 @@ impl Course {
             neighbors: &self.neighbors,
             map: &self.obstacles,
             arm: None,
+            wheels: None,
         }
     }
 
@@ -107,7 +108,7 @@ impl Course {
                 self.yaw_rad += turn_radps * DT_S;
                 self.velocity = Vector2::new(self.yaw_rad.cos(), self.yaw_rad.sin()) * speed_mps;
             }
-            Drive::Joints { .. } => {}
+            Drive::Joints { .. } | Drive::Wheels { .. } => {}
         }
         self.position += self.velocity * DT_S;
         self.tick += 1;
