@@ -44,6 +44,8 @@ pub struct Scenario {
     pub robots: Vec<Robot>,
     /// What a robot added while the fleet runs is where the request says nothing: the scenario's defaults.
     pub template: Robot,
+    /// The same for robots of the other kinds that drive about, as far as the defaults fit them.
+    pub templates_of_others: Vec<Robot>,
     /// What happens when, sorted by tick; equal ticks keep the order of the file.
     pub events: Vec<TimelineEvent>,
     /// When the run counts as a success.
@@ -53,6 +55,12 @@ pub struct Scenario {
 }
 
 impl Scenario {
+    /// What a robot of this kind that is added while the fleet runs is where the request says nothing; `None` where the
+    /// defaults do not fit this kind.
+    pub fn template_of(&self, kind: BodyKind) -> Option<&Robot> {
+        [&self.template].into_iter().chain(&self.templates_of_others).find(|robot| robot.kind == kind)
+    }
+
     /// How many pieces there are besides one per robot: those of the obstacles, and the second link of every arm.
     ///
     /// Pieces are numbered in the order of the obstacles, and the bodies of the robots come after them.

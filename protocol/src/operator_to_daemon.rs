@@ -38,7 +38,7 @@ pub struct NewRobot {
     pub goal_yaw_rad: Option<f64>,
     /// Its method.
     pub planner: Option<String>,
-    /// How it moves: `point` or `unicycle`; arms are built in with the scenario.
+    /// How it moves: `point`, `unicycle` or `diff-drive`; arms are built in with the scenario.
     pub kind: Option<String>,
 }
 

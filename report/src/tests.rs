@@ -65,6 +65,7 @@ fn scenario(robots: usize, mode: Mode) -> Scenario {
         obstacles: Vec::new(),
         robots: (0..robots).map(robot).collect(),
         template: robot(0),
+        templates_of_others: Vec::new(),
         events: Vec::new(),
         expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
         warnings: Vec::new(),

@@ -45,7 +45,13 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
     } else if taken(&id) {
         report.add_hint(here, "id", format!("the id `{id}` is taken"), "leave the id out to get a free one");
     }
-    let template = &scenario.template;
+    let kind = request.kind.unwrap_or(scenario.template.kind);
+    let template = scenario.template_of(kind).unwrap_or(&scenario.template);
+    if template.kind != kind && kind != BodyKind::TwoLinkArm {
+        let message = format!("the defaults of the scenario do not fit a {}", kind.word());
+        let hint = format!("give the scenario a [kinds.{}] with what its robots can do", kind.word());
+        report.add_hint(here, "kind", message, hint);
+    }
     let radius_m = request.radius_m.unwrap_or(template.radius_m);
     if !(radius_m > 0.0 && radius_m <= LARGE) {
         report.add(here, "radius_m", format!("must be above 0, is {radius_m}"));
@@ -64,7 +70,6 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
         report.add(here, "", format!("[{}, {}] is not a finite position", point.x, point.y));
     }
 
-    let kind = request.kind.unwrap_or(template.kind);
     arm::check_added(kind, &mut report);
     let planner = request.planner.as_deref().unwrap_or(&template.planner);
     let mut params = if planner == template.planner { template.params.clone() } else { ParamValues::new() };

@@ -5,7 +5,7 @@ use crate::layers::Layered;
 use crate::node::{Given, Node};
 use crate::obstacles::{contains, show};
 use crate::problems::{Origin, Report};
-use crate::table::{Arm, Mobile, PlacedArm, Robot as RobotKeys};
+use crate::table::{Arm, PlacedArm, Robot as RobotKeys};
 use crate::types::Joints;
 use geometry::{ArmGeometry, Capsule, Elbow, wrap};
 use model::key::{Key, Named};
@@ -15,18 +15,6 @@ use std::f64::consts::PI;
 
 /// What is said where an arm cannot be.
 const ONE_BY_ONE: &str = "arms stand one by one, as [[robot]] with base_m and links_m";
-
-/// Reports keys of a robot that do not go with its kind.
-pub(crate) fn check_keys(node: &Node, kind: BodyKind, report: &mut Report) {
-    let arm = kind == BodyKind::TwoLinkArm;
-    let strangers = if arm { [Mobile::KEYS, &[]] } else { [PlacedArm::KEYS, Arm::KEYS] };
-    for key in strangers.into_iter().flatten().filter(|key| node.has(*key)) {
-        let owner = if arm { BodyKind::MOBILE } else { &[BodyKind::TwoLinkArm] };
-        let owner: Vec<&str> = owner.iter().map(|kind| kind.word()).collect();
-        let message = format!("does not go with kind = \"{}\"", kind.word());
-        report.add_hint(node.at(key), &node.key(key), message, format!("it belongs to {}", owner.join(", ")));
-    }
-}
 
 /// Reports a layout of arms: whether it is none.
 pub(crate) fn check_layout(node: &Node, kind: BodyKind, report: &mut Report) -> bool {

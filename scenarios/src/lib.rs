@@ -31,6 +31,7 @@ mod timeline;
 mod types;
 mod walk;
 mod warnings;
+mod wheels;
 
 pub use add::{NewRobot, add_robot, goal_problem};
 pub use catalog::{CatalogEntry, UnknownScenario, catalog, find_catalog};

@@ -137,6 +137,10 @@ impl Report {
 
 impl Collection {
     fn push(&mut self, origin: Origin, problem: Problem) {
+        // Robots that share a layer share its mistakes.
+        if self.kept.contains(&(origin, problem.clone())) {
+            return;
+        }
         // Too many kinds to tell apart: the rest is one kind.
         let mut shape = shape(&format!("{}: {}", problem.key, problem.message));
         if self.kinds.len() >= KINDS && !self.kinds.contains_key(&shape) {

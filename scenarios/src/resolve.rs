@@ -67,6 +67,7 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         obstacles,
         expect: expect(&section(root, Root::expect), &crew, report),
         robots: crew.robots,
+        templates_of_others: layers.templates_but(template.kind),
         template,
         events,
         warnings: Vec::new(),

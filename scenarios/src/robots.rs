@@ -1,13 +1,13 @@
 //! Robots from their layers: the robot itself, its kind, the defaults, the declarations of the keys.
 
-use crate::arm;
 use crate::layers::Layered;
 use crate::methods::{self, FleetParams};
 use crate::node::{Given, Node};
 use crate::problems::{Origin, Report};
-use crate::table::{self, Body, KindKey, Kinds, Mobile, RestartPolicy, Root};
+use crate::table::{self, Arm, Body, KindKey, Kinds, Mobile, PlacedArm, RestartPolicy, Root, WheelKeys};
 use crate::types::{PlannerName, Rounds};
-use model::{BodyKind, Dynamics, Limits, Motion, ParamValues, Restart, Robot, Wheels};
+use crate::wheels;
+use model::{BodyKind, Dynamics, Limits, Motion, ParamValues, Restart, Robot};
 use nalgebra::{Point2, Vector2};
 
 /// What all robots of a file share.
@@ -75,14 +75,49 @@ impl<'a> Layers<'a> {
     /// The robot that a node describes; without a node the one that the defaults describe.
     pub(crate) fn robot(&self, node: Option<&Node>, place: Place, report: &mut Report) -> Robot {
         let kind = Layered([node, self.defaults].into_iter().flatten().collect()).get(KindKey::kind);
+        self.of_this_kind(kind, node, place, report)
+    }
+
+    /// What the defaults make of robots of the kinds that drive about, but for this one; those that they do not fit are
+    /// left out.
+    pub(crate) fn templates_but(&self, kind: BodyKind) -> Vec<Robot> {
+        let template = |kind: &BodyKind| {
+            let mut report = Report::new(String::new(), Vec::new());
+            let place = Place::at(String::new(), Point2::origin(), Vec::new());
+            let robot = self.of_this_kind(*kind, None, place, &mut report);
+            report.finish().is_ok().then_some(robot)
+        };
+        BodyKind::MOBILE.iter().filter(|other| **other != kind).filter_map(template).collect()
+    }
+
+    fn of_this_kind(&self, kind: BodyKind, node: Option<&Node>, place: Place, report: &mut Report) -> Robot {
         let layers = [node, self.of_kind(kind), self.defaults];
         let (planner, params) = self.method(&layers, kind);
         if let Some(node) = node {
             self.check_method(&layers, report);
             check_kind(&layers, kind, &planner, (&node.key(Body::planner), node.origin), report);
-            arm::check_keys(node, kind, report);
+            check_keys(node, kind, report);
         }
         let body = Layered(layers.into_iter().flatten().collect());
+        let wheels = (kind == BodyKind::DiffDrive).then(|| wheels::wheels(&body));
+        let limits = match &wheels {
+            Some(wheels) => {
+                // Defaults of robots of another kind may have keys that are for those.
+                let defaults = self.defaults.filter(|defaults| defaults.get(KindKey::kind) == kind);
+                for layer in [node, self.of_kind(kind), defaults].into_iter().flatten() {
+                    wheels::check_keys(layer, wheels, report);
+                }
+                wheels::limits(&body, wheels, report)
+            }
+            None => Limits {
+                speed_mps_max: body.get(Body::speed_mps_max),
+                reverse_mps_max: body.get(Mobile::reverse_mps_max),
+                turning_radius_m_min: body.get(Mobile::turning_radius_m_min),
+                turn_radps_max: body.get(Body::turn_radps_max),
+                accel_mps2_max: body.get(Mobile::accel_mps2_max),
+                turn_accel_radps2_max: body.get(Body::turn_accel_radps2_max),
+            },
+        };
         let towards = place.goals.first().map_or(Vector2::zeros(), |goal| goal - place.start);
         let restart = match body.get(Body::restart) {
             RestartPolicy::OnFailure => {
@@ -94,17 +129,14 @@ impl<'a> Layers<'a> {
         Robot {
             id: place.id,
             kind,
-            limits: Limits {
-                speed_mps_max: body.get(Body::speed_mps_max),
-                reverse_mps_max: body.get(Mobile::reverse_mps_max),
-                turning_radius_m_min: body.get(Mobile::turning_radius_m_min),
-                turn_radps_max: body.get(Body::turn_radps_max),
-                accel_mps2_max: body.get(Mobile::accel_mps2_max),
-                turn_accel_radps2_max: body.get(Body::turn_accel_radps2_max),
-            },
+            limits,
             arm: None,
-            wheels: (kind == BodyKind::DiffDrive).then(Wheels::default),
-            dynamics: Dynamics::default(),
+            wheels,
+            dynamics: Dynamics {
+                mass_kg: body.get(Mobile::mass_kg),
+                friction: body.get(Body::friction),
+                grip: body.get(Mobile::grip),
+            },
             radius_m: body.get(Mobile::radius_m),
             start: place.start,
             start_yaw_rad: body.get(Mobile::start_yaw_rad).unwrap_or_else(|| geometry::heading(towards)),
@@ -198,6 +230,23 @@ fn in_force<'a>(layers: &[Option<&'a Node>]) -> Vec<(Option<&'a Node>, String)> 
         result.push((Some(layer), method.clone()));
     }
     result
+}
+
+/// Reports keys of a robot that do not go with its kind.
+fn check_keys(node: &Node, kind: BodyKind, report: &mut Report) {
+    let groups: [(&[_], &[BodyKind]); 4] = [
+        (Mobile::KEYS, BodyKind::MOBILE),
+        (WheelKeys::KEYS, &[BodyKind::DiffDrive]),
+        (PlacedArm::KEYS, &[BodyKind::TwoLinkArm]),
+        (Arm::KEYS, &[BodyKind::TwoLinkArm]),
+    ];
+    for (keys, owners) in groups.into_iter().filter(|(_, owners)| !owners.contains(&kind)) {
+        for key in keys.iter().filter(|key| node.has(*key)) {
+            let owners: Vec<&str> = owners.iter().map(|kind| kind.word()).collect();
+            let message = format!("does not go with kind = \"{}\"", kind.word());
+            report.add_hint(node.at(key), &node.key(key), message, format!("it belongs to {}", owners.join(", ")));
+        }
+    }
 }
 
 /// Reports a heading that a body cannot turn to.

@@ -192,12 +192,14 @@ mod tests {
 
     #[test]
     fn every_unit_is_the_one_in_the_name() {
-        const UNITS: [(&str, &str); 9] = [
+        const UNITS: [(&str, &str); 11] = [
             ("_radps2", "rad/s²"),
             ("_radps", "rad/s"),
             ("_rad", "rad"),
             ("_mps2", "m/s²"),
             ("_mps", "m/s"),
+            ("_kg", "kg"),
+            ("_nm", "Nm"),
             ("_m", "m"),
             ("_s", "s"),
             ("_hz", "Hz"),

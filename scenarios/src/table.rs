@@ -7,7 +7,9 @@ mod obstacles;
 mod robots;
 
 pub(crate) use obstacles::{Motion, MotionKind, Obstacle, ObstacleShape};
-pub(crate) use robots::{Arm, Body, KindKey, Kinds, Layout, LayoutKind, Mobile, PlacedArm, RestartPolicy, Robot};
+pub(crate) use robots::{
+    Arm, Body, KindKey, Kinds, Layout, LayoutKind, Mobile, PlacedArm, RestartPolicy, Robot, WheelKeys,
+};
 
 use crate::paper::PAPER;
 use crate::types::{Arrivals, Interval, Pose};
@@ -212,7 +214,7 @@ keys! {
         /// Id of the robot.
         #[only(EventKind::Join, EventKind::Leave, EventKind::Task, EventKind::Kill, EventKind::Pause)]
         robot: String => required, "", 0..=32;
-        /// The goal; a third number is the heading of a unicycle there, rad.
+        /// The goal; a third number is the heading of a unicycle or diff-drive there, rad.
         #[only(EventKind::Task)]
         goal_m: Pose => required, "m";
         /// Replace the present goals instead of queueing the new one.

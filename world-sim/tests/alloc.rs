@@ -64,6 +64,7 @@ fn rings(count: usize) -> Scenario {
         radio: Radio::PERFECT,
         obstacles: vec![Obstacle { shape: disc, motion: Some(motion) }],
         template: robot(0),
+        templates_of_others: Vec::new(),
         robots: (0..count).map(robot).collect(),
         events: Vec::new(),
         warnings: Vec::new(),

@@ -112,7 +112,7 @@ pub struct AddArgs {
     /// Start position, m
     #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
     pub start: [f64; 2],
-    /// Goal position, m, and for a unicycle its heading there, rad
+    /// Goal position, m, and for a unicycle or diff-drive its heading there, rad
     #[arg(long, value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
     pub goal: Pose,
     /// Heading at the start, rad; by default towards the goal
@@ -121,7 +121,7 @@ pub struct AddArgs {
     /// Planner; by default the one of the scenario's defaults
     #[arg(long, value_name = "NAME")]
     pub planner: Option<String>,
-    /// Body kind, point or unicycle; by default the one of the scenario's defaults
+    /// Body kind, point, unicycle or diff-drive; by default the one of the scenario's defaults
     #[arg(long, value_name = "KIND")]
     pub kind: Option<String>,
     /// Output format
@@ -153,7 +153,7 @@ pub struct TaskSendArgs {
     /// Id of the robot
     #[arg(value_name = "ID")]
     pub id: String,
-    /// Goal position, m, and for a unicycle its heading there, rad
+    /// Goal position, m, and for a unicycle or diff-drive its heading there, rad
     #[arg(value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
     pub goal: Pose,
     /// Replace the present goals; otherwise the goal is queued behind them

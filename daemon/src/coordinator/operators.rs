@@ -189,7 +189,9 @@ impl Coordinator {
         if let Some(problem) = scenarios::goal_problem(&self.scenario, &robots[slot], task.goal, task.yaw_rad) {
             return Err(refused(
                 &problem,
-                Some("choose a goal in free space inside the world; only unicycles have a heading there"),
+                Some(
+                    "choose a goal in free space inside the world; only unicycles and diff-drives have a heading there",
+                ),
             ));
         }
         if self.members[slot].state == ProcessState::Left {

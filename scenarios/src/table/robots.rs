@@ -13,7 +13,7 @@ pub(super) static DEFAULTS: Section = Section {
     title: "[defaults]",
     help: "Default values for every robot.",
     tag: None,
-    groups: &[KindKey::KEYS, Mobile::KEYS, Body::KEYS],
+    groups: &[KindKey::KEYS, Mobile::KEYS, Body::KEYS, WheelKeys::KEYS],
 };
 
 pub(super) static KINDS: Section = Section {
@@ -41,7 +41,7 @@ static KINDS_DIFF_DRIVE: Section = Section {
     title: "[kinds.diff-drive]",
     help: "Default values for diff-drives.",
     tag: None,
-    groups: &[Mobile::KEYS, Body::KEYS],
+    groups: &[Mobile::KEYS, Body::KEYS, WheelKeys::KEYS],
 };
 
 static KINDS_ARM: Section = Section {
@@ -56,7 +56,7 @@ pub(super) static ROBOT: Section = Section {
     help: "One robot, or with the id of a robot of the layout, the keys that differ from the layout. Missing keys are \
            taken from the layout, then from `[kinds]`, then from `[defaults]`, then from the defaults listed here.",
     tag: None,
-    groups: &[Robot::KEYS, KindKey::KEYS, Mobile::KEYS, Body::KEYS, PlacedArm::KEYS, Arm::KEYS],
+    groups: &[Robot::KEYS, KindKey::KEYS, Mobile::KEYS, Body::KEYS, WheelKeys::KEYS, PlacedArm::KEYS, Arm::KEYS],
 };
 
 keys! {
@@ -91,7 +91,8 @@ keys! {
         id: Id => required, "", 0..=32;
         /// Start position; of an arm, that of its tip.
         start_m: Point2<f64> => "that of the layout; required without a layout", "m";
-        /// Last goal; of an arm, that of its tip. A third number is the heading of a unicycle there, rad.
+        /// Last goal; of an arm, that of its tip. A third number is the heading of a unicycle or diff-drive there,
+        /// rad.
         goal_m: Pose => "that of the layout; required without a layout", "m";
         /// Goals before the last one, in order.
         waypoints_m: Vec<Point2<f64>> = Vec::new(), "m", 0..=MAX_GOALS - 1;
@@ -110,12 +111,34 @@ keys! {
         start_yaw_rad: f64 => "towards its first goal", "rad", Range::ANY;
         /// Body radius; not for an arm.
         radius_m: f64 = 0.2, "m", Range::POSITIVE;
-        /// Maximum reverse speed of a unicycle; 0: no reverse.
+        /// Maximum reverse speed of a unicycle or diff-drive; 0: no reverse.
         reverse_mps_max: f64 = 0.0, "m/s", Range::NOT_NEGATIVE;
-        /// Smallest radius on which a unicycle can turn, as a car has it; 0: it can turn where it stands.
+        /// Smallest radius on which a unicycle can turn, as a car has it; 0: it can turn where it stands. Not for a
+        /// diff-drive.
         turning_radius_m_min: f64 = 0.0, "m", Range::NOT_NEGATIVE;
-        /// Maximum acceleration, of the speed (unicycle) or the velocity (point).
+        /// Maximum acceleration, of the speed (unicycle) or the velocity (point); a diff-drive has
+        /// wheel_accel_radps2_max instead.
         accel_mps2_max: f64 = f64::INFINITY, "m/s²", Range::UNLIMITED;
+        /// Mass of the body. Kinematic physics ignores it.
+        mass_kg: f64 = model::Dynamics::DEFAULT.mass_kg, "kg", Range::POSITIVE;
+        /// Coefficient of friction between its wheels or feet and the ground. Kinematic physics ignores it.
+        grip: f64 = model::Dynamics::DEFAULT.grip, "", Range::POSITIVE;
+    }
+}
+
+keys! {
+    /// What diff-drives, their kind and defaults can have.
+    pub(crate) keys WheelKeys {
+        /// Radius of the wheels of a diff-drive. The defaults are those of a TurtleBot3 Burger.
+        wheel_radius_m: f64 = model::Wheels::BURGER.radius_m, "m", Range::POSITIVE;
+        /// Distance between the two wheels of a diff-drive.
+        track_m: f64 = model::Wheels::BURGER.track_m, "m", Range::POSITIVE;
+        /// Maximum speed of each wheel of a diff-drive. If a command asks for more, both slow down and the curve stays.
+        wheel_radps_max: f64 = model::Wheels::BURGER.speed_radps_max, "rad/s", Range::POSITIVE;
+        /// Maximum acceleration of each wheel of a diff-drive.
+        wheel_accel_radps2_max: f64 = model::Wheels::BURGER.accel_radps2_max, "rad/s²", Range::UNLIMITED;
+        /// Maximum torque of the motor of each wheel of a diff-drive. Kinematic physics ignores it.
+        wheel_torque_nm_max: f64 = model::Wheels::BURGER.torque_nm_max, "Nm", Range::UNLIMITED;
     }
 }
 
@@ -157,12 +180,17 @@ choice! {
 keys! {
     /// What robots, kinds and defaults can have.
     pub(crate) keys Body {
-        /// Maximum speed; of an arm, that of its tip.
+        /// Maximum speed; of an arm, that of its tip. Of a diff-drive at most what its wheels give, wheel_radius_m
+        /// times wheel_radps_max, which is also the default.
         speed_mps_max: f64 = 1.0, "m/s", Range::POSITIVE;
-        /// Maximum turn rate of a unicycle, and of each joint of an arm.
+        /// Maximum turn rate of a unicycle, and of each joint of an arm. Of a diff-drive at most what its wheels give,
+        /// twice its maximum speed divided by track_m, which is also the default.
         turn_radps_max: f64 = 3.0, "rad/s", Range::POSITIVE;
-        /// Maximum angular acceleration of a unicycle, and of each joint of an arm.
+        /// Maximum angular acceleration of a unicycle, and of each joint of an arm; a diff-drive has
+        /// wheel_accel_radps2_max instead.
         turn_accel_radps2_max: f64 = f64::INFINITY, "rad/s²", Range::UNLIMITED;
+        /// Coefficient of friction between its body and others, obstacles and walls. Kinematic physics ignores it.
+        friction: f64 = model::Dynamics::DEFAULT.friction, "", Range::NOT_NEGATIVE;
         /// A goal counts as reached within this distance.
         goal_tolerance_m: f64 = 0.1, "m", Range::POSITIVE;
         /// A heading at a goal counts as reached within this angle.

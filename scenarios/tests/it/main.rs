@@ -11,3 +11,4 @@ mod robustness;
 mod schema;
 mod support;
 mod warnings;
+mod wheels;
