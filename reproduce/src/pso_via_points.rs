@@ -13,8 +13,8 @@
 //! written, everything that is not random agrees to all printed digits, except two counts by one or two points.
 //!
 //! Map of the folder: `experiment` how the scenes are run; `examples` the worked examples;
-//! `expectations` the scenes; `claims` the claims in words; `fleet` the method as a robot runs it; `series`
-//! the figures.
+//! `expectations` the scenes; `claims` the claims in words; `fleet` the method as a robot runs it; `maps`
+//! forces, potentials and free space over the plane; `series` the figures.
 
 pub mod experiment;
 
@@ -22,6 +22,7 @@ mod claims;
 mod examples;
 mod expectations;
 pub mod fleet;
+mod maps;
 mod series;
 
 use crate::row::{Paper, Rows};
@@ -66,6 +67,8 @@ fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
         }
     }
     claims::rows(rows)?;
+    rows.begin("maps")?;
+    maps::rows(rows);
     rows.begin("as a robot runs it")?;
     fleet::rows(rows);
     ControlFlow::Continue(())

@@ -361,4 +361,8 @@ pub enum Form {
     Bars,
     /// A quantity over the plane: a grid, one line for each y (its name, as a number), with points (x, quantity).
     Surface,
+    /// Arrows in the plane, equal scales: of each line, one point after the other where an arrow begins and where it ends.
+    Arrows,
+    /// Places in the plane, equal scales.
+    Dots,
 }

@@ -22,8 +22,9 @@ enum Text {
 const FILES: &[(&str, Text)] = files! {
     "apf_antipodal8" "apf_close_goals_05" "apf_close_goals_15" "apf_cross4" "apf_dynamic" "apf_headon"
     "apf_headon_offset" "apf_two_disc_trap"
-    "liquid_clogged" "liquid_corridor" "liquid_enclosed" "liquid_free" "liquid_ring_front" "liquid_two_obstacles"
+    "liquid_clogged" "liquid_corridor" "liquid_enclosed" "liquid_free" "liquid_large" "liquid_ring_front" "liquid_two_obstacles"
     "liquid_u_shallow"
+    "pso_arm_2"
     "rpoa_khan2014" "rpoa_orbiter_fast" "rpoa_squeeze" "walkers6"
     "amr_demo_single" "amr_demo_head_on" "amr_demo_crossing" "amr_demo_gate"
     "amr_extra_01" "amr_extra_02" "amr_extra_03" "amr_extra_04" "amr_extra_05" "amr_extra_06"
@@ -205,7 +206,7 @@ mod tests {
         assert_eq!(scenes_of("rpoa_").count(), 9);
         let mut names: Vec<&str> = scenes().iter().map(|scene| scene.name.as_str()).collect();
         names.dedup();
-        assert_eq!(names.len(), 51, "{names:?}");
+        assert_eq!(names.len(), 53, "{names:?}");
     }
 
     /// Results that the tables give: a result that is not read has no row.

@@ -22,6 +22,8 @@ pub fn draw(series: &Series) -> String {
     match series.form {
         Form::Surface => surface::draw(series),
         Form::Paths => paths(series),
+        Form::Arrows => arrows(series),
+        Form::Dots => dots(series),
         Form::Lines => lines(series),
         Form::Bars => bars(series),
     }
@@ -82,11 +84,66 @@ fn places(series: &Series) -> impl Iterator<Item = [f64; 2]> {
     series.lines.iter().flat_map(|(_, points)| points.iter().copied()).filter(|p| p[0].is_finite() && p[1].is_finite())
 }
 
-fn paths(series: &Series) -> String {
+/// The part of the plane that a series shows, with equal scales.
+fn plane(series: &Series) -> Axes {
     let rims = series.discs.iter().flat_map(|[x, y, r]| [[x - r, y - r], [x + r, y + r]]);
     let all: Vec<[f64; 2]> = places(series).chain(rims).collect();
     let side = |i: usize| roomy(span(all.iter().map(|p| p[i])).unwrap_or([0.0, 1.0]), 0.04);
-    let axes = Axes::equal([LEFT, TOP], [720.0, 720.0], side(0), side(1));
+    Axes::equal([LEFT, TOP], [720.0, 720.0], side(0), side(1))
+}
+
+fn discs(series: &Series, pad: &Pad<'_>, axes: &Axes) {
+    for [x, y, r] in &series.discs {
+        // Some papers have obstacles that are points.
+        let radius = axes.length(*r).max(3.0);
+        pad.disc(axes.at([*x, *y]), radius, STONE);
+        pad.ring(axes.at([*x, *y]), radius, STONE_EDGE, 1.0);
+    }
+}
+
+fn arrows(series: &Series) -> String {
+    sheet(series, plane(series), &names(series), |pad, axes| {
+        axes.draw(pad, &series.x, &series.y);
+        discs(series, pad, axes);
+        let count = series.lines.len();
+        for (i, (_, points)) in series.lines.iter().enumerate() {
+            let color = color(i, count);
+            match &points[..] {
+                // A single arrow without length is a place that the legend names.
+                [from, to] if from == to => pad.ring(axes.at(*from), 5.0, color, 2.5),
+                _ => points.chunks_exact(2).for_each(|ends| arrow(pad, axes.at(ends[0]), axes.at(ends[1]), color)),
+            }
+        }
+    })
+}
+
+/// An arrow on the paper; a dot where it has no length.
+fn arrow(pad: &Pad<'_>, from: [f64; 2], to: [f64; 2], color: Color) {
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let length = along[0].hypot(along[1]);
+    if length < 1.0 {
+        return pad.disc(from, 2.0, color);
+    }
+    let head = (0.4 * length).min(6.0) / length;
+    let barb =
+        |aside: f64| [to[0] - head * (along[0] - aside * along[1]), to[1] - head * (along[1] + aside * along[0])];
+    pad.line(&[from, to], color, 1.4);
+    pad.polygon(&[to, barb(0.5), barb(-0.5)], color);
+}
+
+fn dots(series: &Series) -> String {
+    sheet(series, plane(series), &names(series), |pad, axes| {
+        axes.draw(pad, &series.x, &series.y);
+        let count = series.lines.len();
+        for (i, (_, points)) in series.lines.iter().enumerate() {
+            points.iter().for_each(|p| pad.disc(axes.at(*p), 1.75, color(i, count)));
+        }
+        discs(series, pad, axes);
+    })
+}
+
+fn paths(series: &Series) -> String {
+    let axes = plane(series);
     let poses = series.lines.iter().filter(|(name, _)| name.starts_with(POSE)).count();
     let others: Vec<&(String, Vec<[f64; 2]>)> =
         series.lines.iter().filter(|(name, _)| !name.starts_with(POSE)).collect();
@@ -98,12 +155,7 @@ fn paths(series: &Series) -> String {
     }
     sheet(series, axes, &legend, |pad, axes| {
         axes.draw(pad, &series.x, &series.y);
-        for [x, y, r] in &series.discs {
-            // Some papers have obstacles that are points.
-            let radius = axes.length(*r).max(3.0);
-            pad.disc(axes.at([*x, *y]), radius, STONE);
-            pad.ring(axes.at([*x, *y]), radius, STONE_EDGE, 1.0);
-        }
+        discs(series, pad, axes);
         for ((_, points), i) in series.lines.iter().filter(|(name, _)| name.starts_with(POSE)).zip(1..) {
             let drawn: Vec<[f64; 2]> = points.iter().map(|p| axes.at(*p)).collect();
             let color = pose_color(f64::from(i) / poses as f64);

@@ -9,6 +9,8 @@ const CELLS_MAX: usize = 56;
 const WIDTH: f64 = 900.0;
 /// Height of the mountains, px.
 const RISE: f64 = 250.0;
+/// The highest fiftieth is cut off if it makes the picture higher by this factor.
+const MUCH_HIGHER: f64 = 1.5;
 /// From low to high.
 const COLORS: [u32; 6] = [0x2c3e8f, 0x2f7fb8, 0x3fb8a0, 0x9bd16b, 0xf6d55c, 0xe4572e];
 
@@ -37,12 +39,16 @@ impl Grid {
         Some(Grid { x: columns.iter().map(|column| series.lines[0].1[*column][0]).collect(), y: y?, z: z.collect() })
     }
 
-    /// The span of the quantity, without the highest fiftieth: a potential may rise without bound at an obstacle.
+    /// The span of the quantity; without the highest fiftieth if that is much higher than the rest: a potential may rise
+    /// without bound at an obstacle.
     fn span(&self) -> [f64; 2] {
         let mut all: Vec<f64> = self.z.iter().flatten().copied().filter(|z| z.is_finite()).collect();
         all.sort_by(f64::total_cmp);
         match (all.first(), all.get(all.len().saturating_sub(1) * 49 / 50)) {
-            (Some(low), Some(high)) if high > low => [*low, *high],
+            (Some(low), Some(high)) if high > low => {
+                let highest = all[all.len() - 1];
+                [*low, if highest - low < MUCH_HIGHER * (high - low) { highest } else { *high }]
+            }
             (Some(low), _) => [*low, low + 1.0],
             _ => [0.0, 1.0],
         }
@@ -73,7 +79,8 @@ pub(super) fn draw(series: &Series) -> String {
                 pad.outline(&at, color.towards(Color::hex(0x000000), 0.22), 0.5);
             }
         }
-        scale(pad, [low, high]);
+        let cut = grid.z.iter().flatten().any(|z| *z > high);
+        scale(pad, [low, high], cut);
     })
 }
 
@@ -140,13 +147,14 @@ fn shade(share: f64) -> Color {
 }
 
 /// What the colours mean.
-fn scale(pad: &Pad<'_>, [low, high]: [f64; 2]) {
+fn scale(pad: &Pad<'_>, [low, high]: [f64; 2], cut: bool) {
     let (x, top, height) = (24.0, 70.0, 150.0);
     for i in 0..50 {
         let y = top + height * (1.0 - f64::from(i + 1) / 50.0);
         let side = height / 50.0 + 0.3;
         pad.polygon(&[[x, y], [x + 14.0, y], [x + 14.0, y + side], [x, y + side]], shade(f64::from(i) / 49.0));
     }
-    pad.text([x + 20.0, top + 4.0], &format!("{} and more", short(high)), 11.0, FAINT_INK, Anchor::Left);
+    let more = if cut { " and more" } else { "" };
+    pad.text([x + 20.0, top + 4.0], &format!("{}{more}", short(high)), 11.0, FAINT_INK, Anchor::Left);
     pad.text([x + 20.0, top + height - 4.0], &short(low), 11.0, FAINT_INK, Anchor::Left);
 }

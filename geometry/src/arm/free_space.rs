@@ -84,6 +84,12 @@ impl FreeSpace {
         [count(|s| s & 1 != 0), count(|s| s & 2 != 0), count(|s| s == 3), count(|s| s != 0)]
     }
 
+    /// Every point, and whether it is free with the elbow up and with the elbow down.
+    pub fn points(&self) -> impl Iterator<Item = (Point2<f64>, [bool; 2])> {
+        let free = |sheets: u8| Elbow::BOTH.map(|elbow| sheets & elbow.bit() != 0);
+        self.sheets.iter().enumerate().map(move |(i, sheets)| (self.point(i), free(*sheets)))
+    }
+
     /// Place of a point.
     fn point(&self, index: usize) -> Point2<f64> {
         let half = (self.side / 2) as f64;

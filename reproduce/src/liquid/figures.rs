@@ -2,6 +2,7 @@
 
 use super::drive::{Descent, Order, Setup, khatib};
 use super::{field, words};
+use crate::field_map::Window;
 use crate::row::{Form, Series};
 use crate::scene::{Scene, scene, scenes_of};
 use crate::stepper::line;
@@ -10,8 +11,6 @@ use nalgebra::Point2;
 
 /// Heights of a surface end here; obstacles are infinitely high.
 const HEIGHT_MAX: f64 = 250.0;
-/// Points of a surface along each side.
-const GRID: usize = 81;
 
 pub(super) fn series() -> Vec<Series> {
     let mut all: Vec<Series> = scenes_of("liquid_").map(paths).collect();
@@ -57,16 +56,8 @@ fn paths(scene: &Scene) -> Series {
 }
 
 fn surface(setup: &Setup, virtual_obstacles: &[Point2<f64>], when: &str) -> Series {
-    let (scene, law) = (&setup.scene, setup.law());
-    let (obstacles, bounds) = (scene.discs(), scene.scenario.bounds);
+    let (scene, law, obstacles) = (&setup.scene, setup.law(), setup.scene.discs());
     let field = field(scene, &law, &obstacles, virtual_obstacles);
-    let between = |ends: [f64; 2], i: usize| ends[0] + (ends[1] - ends[0]) * i as f64 / (GRID - 1) as f64;
-    let row = |i: usize| {
-        let y = between(bounds.y_m, i);
-        let height = |x: f64| field.at(Point2::new(x, y)).min(HEIGHT_MAX);
-        let points = (0..GRID).map(|j| between(bounds.x_m, j)).map(|x| [x, height(x)]);
-        (format!("{y}"), points.collect())
-    };
     Series {
         discs: scene.drawn(),
         ..Series::chart(
@@ -74,7 +65,7 @@ fn surface(setup: &Setup, virtual_obstacles: &[Point2<f64>], when: &str) -> Seri
             format!("{}_potential_{when}", scene.name),
             format!("{}: potential {when} the virtual obstacles were put up (cut at {HEIGHT_MAX})", scene.name),
             ["x (m)", "y (m)"],
-            (0..GRID).map(row).collect(),
+            Window::of(scene).surface(HEIGHT_MAX, |p| field.at(p)),
         )
     }
 }

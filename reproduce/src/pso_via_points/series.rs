@@ -1,7 +1,7 @@
 //! Data of the paper's figures: paths, convergence, reductions, and the arm's motion.
 
-use super::experiment::{Experiment, reduction_percent};
-use super::fleet;
+use super::experiment::{Experiment, Optimised, reduction_percent};
+use super::{claims, fleet, maps};
 use crate::row::{Form, Series};
 use crate::scene::scene;
 use crate::stepper::line;
@@ -28,6 +28,7 @@ pub(super) fn series() -> Vec<Series> {
     for (name, elbow) in [
         ("pso_arm_1", Elbow::Up),
         ("pso_arm_1", Elbow::Down),
+        ("pso_arm_2", Elbow::Up),
         ("pso_arm_elbow_flip", Elbow::Down),
         ("pso_arm_elbow_flip", Elbow::Up),
     ] {
@@ -40,9 +41,10 @@ pub(super) fn series() -> Vec<Series> {
         Form::Bars,
         "pso_reductions",
         "What the swarm takes off the raw path; the paper's four cases are in its own environments",
-        ["mass point 1, mass point 2, arm 1", "reduction (%)"],
+        ["mass point 1, mass point 2, arm 1, arm 2", "reduction (%)"],
         vec![("here".to_owned(), bars(|both| both.0)), ("paper".to_owned(), bars(|both| both.1))],
     ));
+    maps::series(&mut all);
     all
 }
 
@@ -60,30 +62,43 @@ fn point(name: &str, base: Variant, all: &mut Vec<Series>, reductions: &mut Vec<
         lines,
         scene(name).drawn(),
     ));
-    let curve = |history: &[f64]| history.iter().enumerate().map(|(i, cost)| [i as f64, *cost]).collect();
-    all.push(Series::chart(
-        Form::Lines,
-        format!("{name}_convergence"),
-        format!("{name}: best cost over the iterations, ten seeds"),
-        ["iteration", "best cost (m)"],
-        runs.iter().enumerate().map(|(seed, run)| (format!("seed {seed}"), curve(&run.history))).collect(),
-    ));
+    all.push(convergence(name, &runs));
     let longest = runs.iter().map(|run| run.length_m).fold(0.0, f64::max);
     let paper = if name == "pso_mass_point_1" { 5.87 } else { 3.44 };
     reductions.push((reduction_percent(length(&raw.points), longest), paper));
 }
 
+/// Best cost over the iterations.
+fn convergence(name: &str, runs: &[Optimised]) -> Series {
+    let curve = |history: &[f64]| history.iter().enumerate().map(|(i, cost)| [i as f64, *cost]).collect();
+    Series::chart(
+        Form::Lines,
+        format!("{name}_convergence"),
+        format!("{name}: best cost over the iterations, ten seeds"),
+        ["iteration", "best cost (m)"],
+        runs.iter().enumerate().map(|(seed, run)| (format!("seed {seed}"), curve(&run.history))).collect(),
+    )
+}
+
 fn arm(name: &str, elbow: Elbow, all: &mut Vec<Series>, reductions: &mut Vec<(f64, f64)>) {
     let experiment = Experiment::new(scene(name));
-    let raw = experiment.raw(Variant::Plain);
     let run = fleet::run_arm(&experiment, elbow);
     let geometry = experiment.arm.expect("an arm");
     let tips: Vec<_> = run.joints_rad.iter().map(|joints| geometry.tip(*joints)).collect();
-    let mut lines = vec![("plain field".to_owned(), line(&raw.points)), ("tip as driven".to_owned(), line(&tips))];
-    if (name, elbow) == ("pso_arm_1", Elbow::Up) {
-        let best = experiment.optimise(&raw.points, Some(elbow), 0);
-        reductions.push((reduction_percent(length(&raw.points), best.length_m), 4.02));
-        lines.push(("swarm".to_owned(), line(&best.path)));
+    let plain = experiment.raw(Variant::Plain);
+    let mut lines = vec![("plain field".to_owned(), line(&plain.points)), ("tip as driven".to_owned(), line(&tips))];
+    let swarm = claims::SWARMS.iter().find(|(scene, _, sheet)| (*scene, *sheet) == (name, Some(elbow)));
+    if let Some((_, base, _)) = swarm {
+        let raw = experiment.raw(*base);
+        if *base != Variant::Plain {
+            lines.push((name_of(*base).to_owned(), line(&raw.points)));
+        }
+        let runs: Vec<_> = (0..10).map(|seed| experiment.optimise(&raw.points, Some(elbow), seed)).collect();
+        let longest = runs.iter().map(|run| run.length_m).fold(0.0, f64::max);
+        let paper = if name == "pso_arm_1" { 4.02 } else { 4.23 };
+        reductions.push((reduction_percent(length(&raw.points), longest), paper));
+        lines.push((format!("swarm on {}", name_of(*base)), line(&runs[0].path)));
+        all.push(convergence(name, &runs));
     }
     let outcome = match run.arrival_s {
         Some(time_s) => format!("arrives after {time_s:.1} s, links {:.2} m clear", run.clearance_m),

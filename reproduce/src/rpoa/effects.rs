@@ -1,11 +1,13 @@
 //! What the specification found out about the method's parts, and the paper's claims in words.
 
+use super::figures::turns;
 use super::{REGULAR, SEEDS, Seeds, at_degrees, chance, count, field, rpoa};
 use crate::row::{Item, Rows};
-use crate::scene::{Scene, scene, scenes_of};
+use crate::scene::{Scene, goal, scene, scenes_of};
 use crate::stats;
 use crate::stepper::{Rules, Run, Stepper, tidy};
 use model::ParamValue;
+use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 /// Adds the rows of all effects.
@@ -16,6 +18,39 @@ pub(super) fn effects(rows: &mut Rows<'_>) {
     look_ahead(rows);
     modified_rule(rows);
     small_changes(rows);
+    circling(rows);
+}
+
+/// What the field does where an obstacle circles round the target: the paper says that it circles at a constant rate.
+fn circling(rows: &mut Rows<'_>) {
+    /// Of the last minute, in pieces of 10 s.
+    const PIECES: usize = 6;
+    let run = field(scene("rpoa_orbiter"), None);
+    rows.about(
+        "the paper's scenario 2, as far as the text survives; specification, section 4",
+        format!(
+            "scene rpoa_orbiter: {}; how far the robot turns round the target in each 10 s of the last minute",
+            run.words()
+        ),
+        "ours: constant is within 5 %, and the rate of what drags it within 1 %",
+    );
+    let (outcome, target) = (run.run(), goal(scene("rpoa_orbiter").robot()));
+    let turned = turns(outcome.path(0).into_iter().map(|place| place - target));
+    let ticks = (10.0 / outcome.rules.dt_s).round() as usize;
+    let end = turned.len() - 1;
+    let rates: Vec<f64> =
+        (0..PIECES).map(|i| (turned[end - i * ticks] - turned[end - (i + 1) * ticks]) / 10.0).collect();
+    let mean = stats::mean(&rates);
+    let off = rates.iter().map(|rate| (rate / mean - 1.0).abs()).fold(0.0, f64::max);
+    let item = Item::new("rpoa_orbiter apf: the rate at which it circles is constant").against_paper(
+        "for ever, at constant rate",
+        "within 5 % in each 10 s, at least a turn a minute",
+        off <= 0.05 && mean.abs() >= TAU / 60.0,
+    );
+    rows.claim(item, format!("{:.1} turns in the last minute, within {:.1} %", mean * 60.0 / TAU, 100.0 * off));
+    let item =
+        Item::new("rpoa_orbiter apf: the rate at which it circles").note("that of the obstacle, which drags it round");
+    rows.number(item, 0.3, tidy(mean), 0.003, "rad/s");
 }
 
 /// Section 4: more particles, straighter ways.

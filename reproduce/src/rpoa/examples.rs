@@ -30,6 +30,16 @@ fn errors(rpoa: &mut Rpoa, input: &PlanInput<'_>, offset: Vector2<f64>) -> (f64,
     (e_d, rpoa.cost(theta, input.goal) - rpoa.cost(input.position, input.goal))
 }
 
+/// In the scene of the worked examples: the angle of a particle, degrees, and its e_D and e_J.
+pub(super) fn errors_of_example() -> impl FnMut(f64) -> [f64; 3] {
+    let one = [disc_at(0, [1.0, 0.0].into(), 0.3)];
+    let mut rpoa = example(&one, [5.0, 0.0], basic()).0;
+    move |degrees| {
+        let (e_d, e_j) = errors(&mut rpoa, &at_origin([5.0, 0.0].into(), &one), at_degrees(0.1, degrees));
+        [degrees, e_d, e_j]
+    }
+}
+
 /// Section 5 of the specification, and the cone of section 3.
 pub(super) fn examples(rows: &mut Rows<'_>) {
     rows.about(

@@ -1,15 +1,90 @@
 //! Data of figures: who gets where, beside whom, and how near to the goal when things move.
 
 use super::effects::{many_particles, particle_counts};
-use super::{field, rpoa};
+use super::{examples, field, rpoa};
+use crate::example::at_origin;
+use crate::field_map::Window;
 use crate::row::{Form, Series};
-use crate::scene::{Scene, goal, goal_mover, mover, scenes_of};
+use crate::scene::{Scene, goal, goal_mover, mover, scene, scenes_of};
 use crate::stepper::Stepper;
 use model::{Mover, ParamValue};
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
+use planners::Identity;
+use planners::rpoa::{Params, Rpoa};
+use std::f64::consts::TAU;
 
 pub(super) fn series() -> Vec<Series> {
-    scenes_of("rpoa_").flat_map(of).chain([particles()]).collect()
+    let mut all: Vec<Series> = scenes_of("rpoa_").flat_map(of).collect();
+    all.extend([particles(), cost(), errors(), bearings()]);
+    all
+}
+
+/// J over the plane, as it would be if the robot sensed everything.
+fn cost() -> Series {
+    let (scene, discs) = (scene("rpoa_static"), scene("rpoa_static").discs());
+    let everywhere = Params { sensor_range: f64::INFINITY, guard: false, ..Params::default() };
+    let mut rpoa = Rpoa::new(everywhere, Identity { seed: 1, robot: 0, incarnation: 0 });
+    let target = goal(scene.robot());
+    rpoa.sense(&at_origin(target, &discs));
+    let chart = Series::chart(
+        Form::Surface,
+        "rpoa_cost",
+        "rpoa_static: cost J of all obstacles and of the target",
+        ["x (m)", "y (m)"],
+        Window::of(scene).surface(f64::INFINITY, |theta| rpoa.cost(theta, target)),
+    );
+    Series { discs: scene.drawn(), ..chart }
+}
+
+/// Both errors of a particle over the direction in which it is.
+fn errors() -> Series {
+    let angles = (0..=360).map(f64::from);
+    let both: Vec<[f64; 3]> = angles.map(examples::errors_of_example()).collect();
+    let line = |i: usize| both.iter().map(|point| [point[0], point[i]]).collect();
+    Series::chart(
+        Form::Lines,
+        "rpoa_errors",
+        "Errors of a particle 0.1 m from the robot: a disc of radius 0.3 m is 1 m ahead, the target 5 m",
+        ["angle to the line of sight (degrees)", "error of distance (m) and of cost"],
+        vec![("e_D".to_owned(), line(1)), ("e_J".to_owned(), line(2))],
+    )
+}
+
+/// Round the target: where the field goes for ever, RPOA arrives.
+fn bearings() -> Series {
+    let scene = scene("rpoa_orbiter");
+    let target = goal(scene.robot());
+    let seen = |places: Vec<Point2<f64>>| {
+        let turned = turns(places.iter().map(|place| place - target));
+        turned.into_iter().enumerate().map(|(tick, turned)| [tick as f64 * 0.1, turned / TAU]).collect::<Vec<_>>()
+    };
+    let (field, rpoa) = (field(scene, None).run(), rpoa(scene, "random", 1).run());
+    let circling = scene.scenario.obstacles.iter().zip(0..).filter_map(|(disc, i)| mover(disc, 1, i));
+    let mut circling = circling.last().expect("an obstacle circles round the target");
+    let obstacle = (0..field.history.len()).map(|tick| circling.at(tick as f64 * 0.1).0).collect();
+    Series::chart(
+        Form::Lines,
+        "rpoa_orbiter_bearing",
+        "rpoa_orbiter: turns round the target",
+        ["time (s)", "turns"],
+        vec![
+            ("RPOA, random angles".to_owned(), seen(rpoa.path(0))),
+            ("APF".to_owned(), seen(field.path(0))),
+            ("the obstacle".to_owned(), seen(obstacle)),
+        ],
+    )
+}
+
+/// How far a direction has turned since the beginning, rad, with whole turns counted.
+pub(super) fn turns(directions: impl Iterator<Item = Vector2<f64>>) -> Vec<f64> {
+    let mut total = 0.0;
+    let mut before: Option<Vector2<f64>> = None;
+    let turned = |direction: Vector2<f64>| {
+        total += before.map_or(0.0, |before| before.perp(&direction).atan2(before.dot(&direction)));
+        before = Some(direction);
+        total
+    };
+    directions.map(turned).collect()
 }
 
 /// The figures of one scene.

@@ -75,6 +75,7 @@ fn the_swarm_shortens_every_path_without_a_contact() {
         ("pso_mass_point_1", Variant::Plain, None, 12.0),
         ("pso_mass_point_2", Variant::FadedBias, None, 6.2),
         ("pso_arm_1", Variant::Plain, Some(Elbow::Up), 4.1),
+        ("pso_arm_2", Variant::FadedBias, Some(Elbow::Up), 17.2),
     ] {
         let experiment = Experiment::new(scene(name));
         let raw = experiment.raw(base);
@@ -94,6 +95,8 @@ fn arms_keep_their_limits_and_their_sheet() {
     for (name, elbow, arrives) in [
         ("pso_arm_1", Elbow::Up, true),
         ("pso_arm_1", Elbow::Down, true),
+        ("pso_arm_2", Elbow::Up, true),
+        ("pso_arm_2", Elbow::Down, false),
         ("pso_arm_elbow_flip", Elbow::Down, true),
         ("pso_arm_elbow_flip", Elbow::Up, false),
     ] {
