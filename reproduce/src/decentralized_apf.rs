@@ -7,6 +7,8 @@
 //! every row agrees to all printed digits. Arrivals that arrival times imply, and places of rest that a worked example
 //! has to six digits, have no row of their own.
 
+mod forces;
+
 use crate::example::at_origin;
 use crate::row::{Item, Paper, Rows, Series};
 use crate::scene::{Scene, disc_at, plain, scene, scenes_of};
@@ -58,6 +60,8 @@ fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
     }
     rows.begin("aid against deadlock")?;
     aid(rows);
+    rows.begin("forces over time")?;
+    forces::rows(rows);
     ControlFlow::Continue(())
 }
 
@@ -310,16 +314,15 @@ fn aid(rows: &mut Rows<'_>) {
 
 fn series() -> Vec<Series> {
     let figures = scenes_of("apf_").flat_map(|scene| [("recommended", scene), ("literal", scene)]);
-    figures
-        .map(|(set, scene)| {
-            let outcome = run(scene, set, BodyKind::Point).run();
-            let lines = (0..scene.scenario.robots.len()).map(|i| (format!("robot {i}"), outcome.line(i)));
-            Series::paths(
-                format!("decentralized-apf-{}-{set}", scene.name),
-                format!("{}: {set} law, point robots; obstacles where they start", scene.name),
-                lines.collect(),
-                scene.drawn(),
-            )
-        })
-        .collect()
+    let paths = figures.map(|(set, scene)| {
+        let outcome = run(scene, set, BodyKind::Point).run();
+        let lines = (0..scene.scenario.robots.len()).map(|i| (format!("robot {i}"), outcome.line(i)));
+        Series::paths(
+            format!("decentralized-apf-{}-{set}", scene.name),
+            format!("{}: {set} law, point robots; obstacles where they start", scene.name),
+            lines.collect(),
+            scene.drawn(),
+        )
+    });
+    paths.chain(forces::series()).collect()
 }

@@ -40,7 +40,8 @@ impl Window {
         force: impl Fn(Point2<f64>) -> Option<Vector2<f64>>,
     ) -> Vec<[f64; 2]> {
         let arrow = |place: Point2<f64>| {
-            let tip = place + force(place)?.cap_magnitude(size_max) * (0.9 * pitch_m / size_max);
+            let force = force(place).filter(|force| *force != Vector2::zeros())?;
+            let tip = place + force.cap_magnitude(size_max) * (0.9 * pitch_m / size_max);
             Some([[place.x, place.y], [tip.x, tip.y]])
         };
         self.places(pitch_m).filter_map(arrow).flatten().collect()

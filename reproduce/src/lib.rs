@@ -9,6 +9,7 @@ pub mod amr_apf;
 pub mod decentralized_apf;
 pub mod example;
 pub mod field_map;
+pub mod forces;
 pub mod liquid;
 pub mod pso_via_points;
 pub mod row;

@@ -147,7 +147,7 @@ impl Run {
 
     /// The papers' programs add up their time until it has reached the limit, which takes one tick more where the sum
     /// rounds down. It shows only where robots chatter for ever, in which of two places they end.
-    fn ticks(&self) -> usize {
+    pub(crate) fn ticks(&self) -> usize {
         let (dt_s, clock) = (self.rules.dt_s, &self.scenario.clock);
         let limit_s = clock.ticks_max as f64 / clock.tick_hz;
         std::iter::successors(Some(0.0), |t| Some(t + dt_s)).take_while(|t| *t < limit_s).count()

@@ -243,3 +243,30 @@ fn bars(series: &Series) -> String {
 fn bar(pad: &Pad<'_>, axes: &Axes, [from, to]: [f64; 2], height: f64, color: Color) {
     pad.polygon(&[[from, 0.0], [to, 0.0], [to, height], [from, height]].map(|p| axes.at(p)), color.faint(0.85));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn count(series: &Series, tag: &str) -> usize {
+        draw(series).matches(tag).count()
+    }
+
+    #[test]
+    fn an_arrow_has_a_head_and_a_place_has_a_ring() {
+        let of = |form: Form, points: &[[f64; 2]]| {
+            let frame = ("frame".to_owned(), vec![[0.0, 0.0]; 2]);
+            Series::chart(form, "a", "a", ["x (m)", "y (m)"], vec![frame, ("points".to_owned(), points.to_vec())])
+        };
+        let arrows = |points: &[[f64; 2]]| of(Form::Arrows, points);
+        let (none, two) = (arrows(&[]), arrows(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 0.5]]));
+        assert_eq!(count(&two, "<polygon") - count(&none, "<polygon"), 2);
+        assert_eq!(count(&two, "<circle"), count(&none, "<circle"));
+        // Without length it is a dot; alone it is a place.
+        let (dots, place) = (arrows(&[[0.0, 0.0], [0.0, 0.0], [1.0, 1.0], [1.0, 1.0]]), arrows(&[[1.0, 1.0]; 2]));
+        assert_eq!(count(&dots, "<circle") - count(&none, "<circle"), 2);
+        assert_eq!(count(&place, "r=\"20\"") - count(&none, "r=\"20\""), 1);
+        let dots = of(Form::Dots, &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+        assert_eq!(count(&dots, "<circle"), 5);
+    }
+}

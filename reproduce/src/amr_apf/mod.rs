@@ -2,7 +2,7 @@
 //! experiments.
 //!
 //! Where things are: [`layouts`] has the paper's maps and jobs, [`replay`] the authors' programs as runs of the stepper;
-//! `claims` the headline claims; `vectors` the worked examples; `late` the program of 2025 (preset `h`), whose step counts
+//! `claims` the headline claims; `vectors` the worked examples; `forces` the force maps; `late` the program of 2025 (preset `h`), whose step counts
 //! are exact; `early` and `case2` those of 2023 (`c1`, `p`); `moved` medians over moved starts; `commands` compares every
 //! command of a run with `reference`, the specification's equations written down a second time; `stored` has what the
 //! authors' own runs say.
@@ -17,6 +17,7 @@ mod case2;
 mod claims;
 pub mod commands;
 mod early;
+mod forces;
 mod late;
 pub mod layouts;
 mod moved;
@@ -26,13 +27,13 @@ pub mod replay;
 mod stored;
 mod vectors;
 
-use crate::row::{Form, Paper, Rows, Series};
+use crate::row::{Form, Line, Paper, Rows, Series};
 use crate::scene::Scene;
 use crate::stepper::line;
 use layouts::{case1, case2, demos, radii_m};
 use planners::amr_apf::Preset;
 use planners::dapf::Variant;
-use replay::{Program, amr, dapf};
+use replay::{Outcome, Program, amr, dapf};
 use std::ops::ControlFlow;
 
 /// The paper.
@@ -125,12 +126,15 @@ fn rows(rows: &mut Rows<'_>) -> ControlFlow<()> {
 pub fn deterministic(rows: &mut Rows<'_>) -> ControlFlow<()> {
     rows.begin("worked examples")?;
     vectors::rows(rows);
+    rows.begin("force maps")?;
+    forces::rows(rows);
     late::case1_rows(rows)?;
     late::case2_rows(rows)
 }
 
 fn series() -> Vec<Series> {
-    let mut all = vec![case1_chart(), case2_chart(), late_chart()];
+    let mut all = vec![late_chart()];
+    all.extend(case1_charts().into_iter().chain(case2_charts()));
     for (name, method, program, robots) in [
         ("c1", "AMR-APF C1", amr(Preset::C1), 5),
         ("c1", "AMR-APF C1", amr(Preset::C1), 15),
@@ -144,66 +148,88 @@ fn series() -> Vec<Series> {
         all.push(paths(&format!("amr-apf-case2-01-{name}"), method, &program.for_seconds(150.0), &case2()[0]));
     }
     for (layout, figure) in demos().iter().zip(["single", "head-on", "crossing", "gate"]) {
-        let mut layout = layout.clone();
-        // Exactly symmetrical as drawn; a hair off, the two sides differ.
-        layout.robot_mut().start.y += 0.007;
-        layout.robot_mut().start_yaw_rad += 0.01;
+        let layout = unsymmetrical(layout);
         for (name, method, program) in
             [("p", "AMR-APF P", amr(Preset::P)), ("dapf-max4", "DAPF max4", dapf(Variant::Max4))]
         {
             all.push(paths(&format!("amr-apf-demo-{figure}-{name}"), method, &program.for_seconds(100.0), &layout));
         }
     }
+    all.extend(forces::series());
     all
 }
 
-/// Operation time over the number of robots: the paper's chart of case 1.
-fn case1_chart() -> Series {
-    let mut lines: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
-    for (name, program, authors) in early::case1_methods() {
-        let point = |robots: usize| [robots as f64, program.run(&case1(robots)).time_s()];
-        lines.push((name.replace('_', " "), (1..=15).map(point).collect()));
-        let Some(table) = authors else { continue };
-        let stored = (1..=15).filter_map(|robots| {
-            oracle::authors_best(table, &robots.to_string()).map(|(time_s, _)| [robots as f64, time_s])
-        });
-        lines.push((format!("{} (authors, Gazebo)", name.replace('_', " ")), stored.collect()));
-    }
-    Series::chart(
-        Form::Lines,
-        "amr-apf-case1-time",
-        "case 1: operation time over the number of robots",
-        ["robots", "operation time (s)"],
-        lines,
-    )
+/// A demonstration is exactly symmetrical as drawn; a hair off, the two sides differ.
+fn unsymmetrical(layout: &Scene) -> Scene {
+    let mut layout = layout.clone();
+    layout.robot_mut().start.y += 0.007;
+    layout.robot_mut().start_yaw_rad += 0.01;
+    layout
 }
 
-/// Operation time per layout: the paper's chart of case 2. Layouts that a method does not finish have no bar.
-fn case2_chart() -> Series {
+/// Operation time and mean path over the number of robots: the paper's charts of case 1.
+fn case1_charts() -> [Series; 2] {
+    let mut lines: [Vec<Line>; 2] = Default::default();
+    for (name, program, authors) in early::case1_methods() {
+        let name = name.replace('_', " ");
+        let outcomes: Vec<_> = (1..=15).map(|robots| program.run(&case1(robots))).collect();
+        let of = |value: fn(&Outcome) -> f64| (1..).zip(&outcomes).map(|(n, run)| [f64::from(n), value(run)]).collect();
+        lines[0].push((name.clone(), of(Outcome::time_s)));
+        lines[1].push((name.clone(), of(Outcome::mean_path_m)));
+        let Some(table) = authors else { continue };
+        let stored = |i: usize| {
+            let best = |robots: u32| oracle::authors_best(table, &robots.to_string()).map(|best| [best.0, best.1][i]);
+            (1..=15).filter_map(|robots| best(robots).map(|value| [f64::from(robots), value])).collect()
+        };
+        (0..2).for_each(|i| lines[i].push((format!("{name} (authors, Gazebo)"), stored(i))));
+    }
+    let chart = |name: &str, what: &str, unit: &str, lines: Vec<Line>| {
+        let title = format!("case 1: {what} over the number of robots");
+        Series::chart(
+            Form::Lines,
+            format!("amr-apf-case1-{name}"),
+            title,
+            ["robots", &format!("{what} ({unit})")],
+            lines,
+        )
+    };
+    let [times, paths] = lines;
+    [chart("time", "operation time", "s", times), chart("path", "mean path", "m", paths)]
+}
+
+/// Operation time and mean path per layout: the paper's charts of case 2. Layouts that a method does not finish have no bar.
+fn case2_charts() -> [Series; 2] {
     let layouts = case2();
-    let bars = |program: Program| {
+    let mut lines: [Vec<Line>; 2] = Default::default();
+    for (name, program) in [("DAPF max3", dapf(Variant::Max3)), ("AMR C1", amr(Preset::C1))] {
         let program = program.for_seconds(150.0);
-        let runs = layouts.iter().enumerate().map(|(i, layout)| (i, program.run(layout)));
-        runs.filter(|(_, outcome)| outcome.all_arrived())
-            .map(|(i, outcome)| [i as f64 + 1.0, outcome.time_s()])
-            .collect()
+        let outcomes: Vec<_> = layouts.iter().map(|layout| program.run(layout)).collect();
+        let of = |value: fn(&Outcome) -> f64| {
+            let finished = (1..).zip(&outcomes).filter(|(_, outcome)| outcome.all_arrived());
+            finished.map(|(layout, outcome)| [f64::from(layout), value(outcome)]).collect()
+        };
+        lines[0].push((name.to_owned(), of(Outcome::time_s)));
+        lines[1].push((name.to_owned(), of(Outcome::mean_path_m)));
+    }
+    for (name, table) in [("DAPF (authors, Gazebo)", "case2_o15_DAPF"), ("AMR (authors, Gazebo)", "case2_o15_AMR")] {
+        for (i, lines) in lines.iter_mut().enumerate() {
+            let best = |layout: u32| oracle::authors_best(table, &layout.to_string()).map(|best| [best.0, best.1][i]);
+            let points = (1..=12).filter_map(|layout| best(layout).map(|value| [f64::from(layout), value]));
+            lines.push((name.to_owned(), points.collect()));
+        }
+    }
+    let chart = |name: &str, what: &str, unit: &str, lines: Vec<Line>| {
+        let title = format!("case 2: {what} in twelve random layouts, 8 robots");
+        Series::chart(
+            Form::Bars,
+            format!("amr-apf-case2-{name}"),
+            title,
+            ["layout", &format!("{what} ({unit})")],
+            lines,
+        )
     };
-    let stored = |table: &str| {
-        let best = |layout: usize| oracle::authors_best(table, &layout.to_string());
-        (1..=12).filter_map(|layout| best(layout).map(|(time_s, _)| [layout as f64, time_s])).collect()
-    };
-    Series::chart(
-        Form::Bars,
-        "amr-apf-case2-time",
-        "case 2: operation time in twelve random layouts, 8 robots",
-        ["layout", "operation time (s)"],
-        vec![
-            ("DAPF max3".to_owned(), bars(dapf(Variant::Max3))),
-            ("AMR C1".to_owned(), bars(amr(Preset::C1))),
-            ("DAPF (authors, Gazebo)".to_owned(), stored("case2_o15_DAPF")),
-            ("AMR (authors, Gazebo)".to_owned(), stored("case2_o15_AMR")),
-        ],
-    )
+    let [times, paths] = lines;
+    [chart("time", "operation time", "s", times), chart("path", "mean path", "m", paths)]
 }
 
 /// Control steps over the number of robots, program of 2025.

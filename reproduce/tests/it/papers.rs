@@ -60,11 +60,11 @@ fn a_break_is_obeyed() {
 /// What each paper comes to: rows with the verdicts `paper`, `specification`, `differs`, and the same of its headline
 /// claims. A change of these numbers is a change of what the project says about a paper.
 const VERDICTS: [(&str, [usize; 3], [usize; 3]); 5] = [
-    ("decentralized-apf", [1, 166, 1], [1, 0, 1]),
+    ("decentralized-apf", [1, 168, 1], [1, 0, 1]),
     ("rpoa", [5, 187, 5], [4, 0, 3]),
     ("liquid", [8, 232, 1], [8, 0, 1]),
     ("pso-via-points", [3, 145, 2], [3, 0, 0]),
-    ("amr-apf", [5, 490, 14], [5, 0, 2]),
+    ("amr-apf", [6, 498, 14], [5, 0, 2]),
 ];
 
 fn check(paper: &'static Paper) {
