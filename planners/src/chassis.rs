@@ -1,19 +1,23 @@
-//! What lies between a method and the body of a unicycle: the gear, the turning radius, and the heading at the goal.
+//! What lies between a method and the body of a unicycle or a diff-drive: the gear, the turning radius, the wheels, and the
+//! heading at the goal.
 //!
-//! Methods plan for a body that drives ahead and can turn where it stands. Three things make that right for others:
+//! Methods plan for a body that drives ahead and can turn where it stands. Four things make that right for others:
 //!
 //! - **Gear.** A body that may reverse does so while that brings it to its goal sooner: the method is shown the body the
 //!   other way round, and its answer is driven backwards. The gear changes only for a clear gain, so that it does not flip.
 //! - **Turning radius.** Where a method turns tighter than the body can (or where it stands), the body turns as tight as it
 //!   can while it drives, backwards where it may: a turn in several moves. A goal inside the turning circle is driven away
 //!   from, until the circle lies beside it.
+//! - **Wheels.** The two wheels of a diff-drive are shared by speed and turn: while one of them brakes and the other has to
+//!   speed up, the body goes on as fast as before. Methods count on its brakes, so braking comes first, and the turn gets
+//!   what the wheels have left.
 //! - **Heading at the goal.** Once the robot is there, it turns where it stands. A body that cannot is right only if it
 //!   comes that way.
 
 use crate::planner::{Plan, PlanInput, Planner};
 use crate::steering::turn_towards;
 use geometry::wrap;
-use model::{BodyKind, Drive, Limits};
+use model::{BodyKind, Drive, Limits, Wheels};
 use nalgebra::Vector2;
 use std::f64::consts::PI;
 
@@ -31,7 +35,7 @@ pub struct Chassis {
 }
 
 impl Chassis {
-    /// What the method plans, made right for the body. A body that is no unicycle gets the plan as it is.
+    /// What the method plans, made right for the body. A body that does not roll gets the plan as it is.
     pub fn plan(&mut self, planner: &mut dyn Planner, input: &PlanInput<'_>) -> Plan {
         if !BodyKind::ROLLING.contains(&input.kind) {
             return planner.plan(input);
@@ -39,13 +43,22 @@ impl Chassis {
         self.choose_gear(input);
         let shown = self.shown(input);
         let plan = planner.plan(&shown);
-        if let Some(turn_radps) = self.dock(input) {
-            return Plan { stopped: true, ..Plan { drive: Drive::Twist { speed_mps: 0.0, turn_radps }, ..plan } };
-        }
-        let Drive::Twist { speed_mps, turn_radps } = plan.drive else { return plan };
-        let (speed_mps, turn_radps) = drivable(speed_mps, turn_radps, &shown, input.limits.turning_radius_m_min);
-        let speed_mps = if self.reversing { -speed_mps } else { speed_mps };
-        Plan { drive: Drive::Twist { speed_mps, turn_radps }, ..plan }
+        let (twist, stopped) = match (self.dock(input), plan.drive) {
+            (Some(turn_radps), _) => ((0.0, turn_radps), true),
+            (None, Drive::Twist { speed_mps, turn_radps }) => {
+                let (speed_mps, turn_radps) =
+                    drivable(speed_mps, turn_radps, &shown, input.limits.turning_radius_m_min);
+                ((if self.reversing { -speed_mps } else { speed_mps }, turn_radps), plan.stopped)
+            }
+            // Who commands wheels knows them; the other way round, left is right.
+            (None, Drive::Wheels { rate_radps: [left, right] }) if self.reversing => {
+                return Plan { drive: Drive::Wheels { rate_radps: [-right, -left] }, ..plan };
+            }
+            _ => return plan,
+        };
+        let drive = Drive::Twist { speed_mps: twist.0, turn_radps: twist.1 };
+        let drive = input.wheels.map_or(drive, |wheels| braking_first(drive, &wheels, input));
+        Plan { drive, stopped, ..plan }
     }
 
     /// The body as the method sees it.
@@ -92,6 +105,32 @@ impl Chassis {
         let turn = turn_towards(error, DOCK_GAIN, limits).clamp(-within_tick, within_tick);
         Some(turn.clamp(-limits.turn_radps_max, limits.turn_radps_max))
     }
+}
+
+/// The twist that the wheels come to in this tick if all that they can change goes to the brakes first, and what is left to
+/// the turn. A body that need not brake, or whose wheels follow at once, gets what it asks for.
+fn braking_first(drive: Drive, wheels: &Wheels, input: &PlanInput<'_>) -> Drive {
+    let Some(wanted) = wheels.rates_for(drive, &input.limits).filter(|_| wheels.accel_radps2_max.is_finite()) else {
+        return drive;
+    };
+    let speed_mps = Vector2::new(input.yaw_rad.cos(), input.yaw_rad.sin()).dot(&input.velocity);
+    // What both wheels have in common drives the body, what they differ by turns it.
+    let parts = |[left, right]: [f64; 2]| (0.5 * (left + right), 0.5 * (right - left));
+    let (common, differing) = parts(wheels.rates_of(speed_mps, input.turn_radps));
+    let (common_wanted, differing_wanted) = parts(wanted);
+    // Brakes go no further than to stand.
+    let common_wanted = if common < 0.0 { common_wanted.min(0.0) } else { common_wanted.max(0.0) };
+    if common_wanted.abs() >= common.abs() {
+        return drive;
+    }
+    let change_max = wheels.accel_radps2_max * input.dt_s;
+    let braked = (common_wanted - common).clamp(-change_max, change_max);
+    let rest = change_max - braked.abs();
+    let common = common + braked;
+    let room = (wheels.speed_radps_max - common.abs()).max(0.0);
+    let differing = (differing + (differing_wanted - differing).clamp(-rest, rest)).clamp(-room, room);
+    let (speed_mps, turn_radps) = wheels.twist_of([common - differing, common + differing]);
+    Drive::Twist { speed_mps, turn_radps }
 }
 
 /// Whether the goal lies inside the tightest circle to its side: no turn leads there.

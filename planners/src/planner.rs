@@ -17,6 +17,8 @@ pub struct PlanInput<'a> {
     pub yaw_rad: f64,
     /// Own velocity in the world frame, m/s.
     pub velocity: Vector2<f64>,
+    /// Own turn rate, rad/s; of an arm, that of its last link.
+    pub turn_radps: f64,
     /// Own body radius, m.
     pub radius_m: f64,
     /// How the body moves.

@@ -22,6 +22,7 @@ pub(crate) fn input() -> PlanInput<'static> {
         position: Point2::origin(),
         yaw_rad: 0.0,
         velocity: Vector2::zeros(),
+        turn_radps: 0.0,
         radius_m: 0.2,
         kind: BodyKind::Unicycle,
         limits: LIMITS,

@@ -12,6 +12,7 @@ pub fn at_origin(goal: Point2<f64>, obstacles: &[Obstacle]) -> PlanInput<'_> {
         position: Point2::origin(),
         yaw_rad: 0.0,
         velocity: Vector2::zeros(),
+        turn_radps: 0.0,
         radius_m: 0.0,
         kind: BodyKind::Point,
         limits: Limits {

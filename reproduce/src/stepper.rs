@@ -163,6 +163,8 @@ pub struct Body {
     pub yaw_rad: f64,
     /// How it moved in the last tick, m/s.
     pub velocity: Vector2<f64>,
+    /// How it turned in the last tick, rad/s; of an arm, how its joints did together.
+    pub turn_radps: f64,
     /// The joints of an arm, rad.
     pub joints_rad: Option<[f64; 2]>,
     /// It has arrived.
@@ -346,6 +348,7 @@ impl<P: Planner> Stepper<P> {
             position: body.position,
             yaw_rad: body.yaw_rad,
             velocity: body.velocity,
+            turn_radps: body.turn_radps,
             radius_m: robot.radius_m,
             kind: robot.kind,
             limits: robot.limits,
@@ -413,6 +416,7 @@ impl<P: Planner> Stepper<P> {
                     body.position += body.velocity * dt_s;
                     body.yaw_rad = turned_rad;
                 }
+                body.turn_radps = turn_radps;
             }
             Drive::Joints { .. } => {
                 let Drive::Joints { rate_radps } = plan.drive.within(&robot.limits) else { return body };
@@ -420,11 +424,12 @@ impl<P: Planner> Stepper<P> {
                 body.velocity = (arm.tip() - body.position) / rules.dt_s;
                 body = Body { joints_rad: Some(arm.joints_rad), position: arm.tip(), ..body };
                 body.yaw_rad = arm.joints_rad[0] + arm.joints_rad[1];
+                body.turn_radps = rate_radps[0] + rate_radps[1];
             }
             Drive::Wheels { .. } => {} // a body without wheels
         }
         if !rules.velocities {
-            body.velocity = Vector2::zeros();
+            (body.velocity, body.turn_radps) = (Vector2::zeros(), 0.0);
         }
         body
     }
@@ -498,6 +503,7 @@ fn at_start(robot: &Robot) -> Body {
         position: robot.start,
         yaw_rad: robot.start_yaw_rad,
         velocity: Vector2::zeros(),
+        turn_radps: 0.0,
         joints_rad: robot.arm.map(|arm| arm.start_joints_rad),
         arrived: false,
         stopped: false,

@@ -172,6 +172,7 @@ impl Agent {
                 position,
                 yaw_rad: odometry.yaw_rad,
                 velocity,
+                turn_radps: odometry.turn_radps,
                 radius_m: robot.radius_m,
                 kind: robot.kind,
                 limits: robot.limits,

@@ -64,6 +64,18 @@ fn with_the_default_of_amr_apf() {
     }
 }
 
+/// Robots on wheels, one hash for threads and processes.
+#[test]
+fn with_robots_on_wheels() {
+    let wheels = " --set defaults.kind=\"diff-drive\" --set defaults.wheel_accel_radps2_max=30";
+    for scenario in ["amr-case1", "amr-case2-01 --planner decentralized-apf"] {
+        let run = |mode| report(&format!("{scenario} --mode {mode}{wheels}"));
+        let (single, lockstep) = (run("single"), run("lockstep"));
+        assert_eq!(single["trajectory_hash"], lockstep["trajectory_hash"], "{scenario}");
+        assert_eq!(deterministic(&single), deterministic(&lockstep), "{scenario}");
+    }
+}
+
 /// Where processes run, and which of them goes first, changes nothing that comes out.
 #[test]
 fn with_processors_and_classes_from_the_scenario() {

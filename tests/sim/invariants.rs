@@ -115,6 +115,29 @@ fn turn_rates_change_slowly(scenario: &Scenario) {
     }
 }
 
+/// Rates of wheels are not in a frame: they are what speeds and headings show.
+fn wheels_change_slowly(scenario: &Scenario) {
+    let recording = Recording::of(scenario);
+    let dt_s = scenario.clock.dt_s();
+    for (slot, robot) in scenario.robots.iter().enumerate() {
+        let wheels = robot.wheels.expect("all have wheels");
+        let bodies: Vec<FrameBody> = recording.frames.iter().filter_map(|frame| frame.robot(slot).copied()).collect();
+        let rates = bodies.windows(2).map(|two| {
+            let turn_radps = wrap(two[1].yaw_rad - two[0].yaw_rad) / dt_s;
+            let heading = Vector2::new(two[1].yaw_rad.cos(), two[1].yaw_rad.sin());
+            wheels.rates_of(heading.dot(&Vector2::new(two[1].vx_mps, two[1].vy_mps)), turn_radps)
+        });
+        let rates: Vec<[f64; 2]> = rates.collect();
+        for (two, side) in rates.windows(2).flat_map(|two| [(two, 0), (two, 1)]) {
+            let (rate, change) = (two[1][side].abs(), (two[1][side] - two[0][side]).abs());
+            assert!(rate <= wheels.speed_radps_max + 1e-6, "`{}`: {rate} rad/s", robot.id);
+            assert!(change <= wheels.accel_radps2_max * dt_s + 1e-6, "`{}`: {change} rad/s", robot.id);
+        }
+        let at_its_limit = |two: &[f64; 2]| two[0].abs().max(two[1].abs()) > wheels.speed_radps_max - 1e-6;
+        assert!(rates.iter().any(at_its_limit), "`{}` drives as fast as it can", robot.id);
+    }
+}
+
 fn at_start(robot: &Robot, body: &FrameBody) -> FrameBody {
     let (x_m, y_m) = (robot.start.x, robot.start.y);
     let joints_rad = robot.arm.map_or([0.0; 2], |arm| arm.start_joints_rad);
@@ -164,6 +187,14 @@ const HEAVY: &str = r#"
     start_yaw_rad = -1.5
     goal_m = [-8, 8]
     restart = "on-failure"
+    [[robot]]
+    id = "wheels"
+    kind = "diff-drive"
+    start_m = [0, -8]
+    start_yaw_rad = -1.5
+    goal_m = [0, -4, 2]
+    wheel_accel_radps2_max = 6
+    reverse_mps_max = 0.1
     [[event]]
     at_s = 5
     kind = "pause"
@@ -182,6 +213,27 @@ const HEAVY: &str = r#"
 #[test]
 fn with_every_limit_in_force() {
     seeds(1..=6, |seed| check(&build::with(HEAVY, &build::seed(seed))));
+}
+
+#[test]
+fn of_wheels() {
+    let text = r#"
+        [clock]
+        duration_s = 30
+        [defaults]
+        kind = "diff-drive"
+        start_yaw_rad = 2.5
+        wheel_accel_radps2_max = 8
+        [layout]
+        kind = "circle-swap"
+        robots = 6
+        radius_m = 3
+        "#;
+    seeds(1..=3, |seed| {
+        let scenario = build::with(text, &build::seed(seed));
+        check(&scenario);
+        wheels_change_slowly(&scenario);
+    });
 }
 
 #[test]

@@ -12,3 +12,4 @@ mod solids;
 mod table;
 mod timeline;
 mod truth;
+mod wheels;

@@ -6,11 +6,18 @@ use shoal_tests::{Recording, build, seeds};
 
 const SEEDS: u64 = 300;
 
-/// A world from a seed: robots of both kinds anywhere, obstacles of all shapes and motions, a bad radio, and
+/// A world from a seed: robots of the kinds that drive about anywhere, obstacles of all shapes and motions, a bad radio, and
 /// processes that come and go.
 fn world(seed: u64) -> String {
     let mut stream = Stream::new(seed, 0, 0, "test-world");
     let mut one_of = |options: &[&str]| options[stream.between(0.0, options.len() as f64) as usize].to_string();
+    let (kind, speed, accel) =
+        (one_of(&["point", "unicycle", "diff-drive"]), one_of(&["0.01", "1", "12"]), one_of(&["0.1", "3", "inf"]));
+    // A wheel of 1 m radius is as fast as its body.
+    let body = match kind.as_str() {
+        "diff-drive" => format!("wheel_radius_m = 1\nwheel_radps_max = {speed}\nwheel_accel_radps2_max = {accel}"),
+        _ => format!("speed_mps_max = {speed}\naccel_mps2_max = {accel}"),
+    };
     let robots = one_of(&["1", "2", "5", "9", "16"]);
     let mut text = format!(
         r#"
@@ -23,9 +30,7 @@ fn world(seed: u64) -> String {
         drop = {}
         noise_m = {}
         [defaults]
-        kind = "{}"
-        speed_mps_max = {}
-        accel_mps2_max = {}
+        {}
         radius_m = {}
         goal_tolerance_m = {}
         sensor_range_m = {}
@@ -41,9 +46,7 @@ fn world(seed: u64) -> String {
         one_of(&["0", "0", "3", "40"]),
         one_of(&["0", "0", "0.5", "1"]),
         one_of(&["0", "0", "0.1", "5"]),
-        one_of(&["point", "unicycle"]),
-        one_of(&["0.01", "1", "12"]),
-        one_of(&["0.1", "3", "inf"]),
+        format_args!("kind = \"{kind}\"\n{body}"),
         one_of(&["0.02", "0.2", "0.6"]),
         one_of(&["0.001", "0.1", "1"]),
         one_of(&["0.01", "2", "100"]),

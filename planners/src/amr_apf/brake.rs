@@ -4,6 +4,7 @@ use super::field::{Own, wrap};
 use super::speed::Twist;
 use crate::planner::PlanInput;
 use crate::steering::stoppable_speed;
+use model::Limits;
 use nalgebra::{Point2, Vector2};
 
 /// Cosine of the bearing from which on a thing lies beside the robot.
@@ -45,7 +46,7 @@ pub(crate) fn reach_m(keep_m: f64, thing_mps: f64, input: &PlanInput<'_>) -> f64
 /// The command with a speed at which the robot keeps `keep_m` from everything: in a tick it uses up half of the room
 /// that is left, or a quarter if the other one is on its way too.
 pub(crate) fn brake(twist: Twist, near: &[Near], keep_m: f64, input: &PlanInput<'_>) -> Twist {
-    let turned_rad = (twist.turn_radps * input.dt_s).abs();
+    let turned_rad = turned_rad(twist, input);
     let most = |thing: &Near| {
         // Of the headings in this tick the one that leads nearest.
         let towards = (thing.off_rad.abs() - turned_rad).max(0.0).cos();
@@ -61,11 +62,18 @@ pub(crate) fn brake(twist: Twist, near: &[Near], keep_m: f64, input: &PlanInput<
     Twist { speed_mps: near.iter().map(most).fold(twist.speed_mps, f64::min), ..twist }
 }
 
+/// How far the heading may turn before the robot stands, rad: in this tick alone if it brakes at once.
+fn turned_rad(twist: Twist, input: &PlanInput<'_>) -> f64 {
+    let Limits { accel_mps2_max, turn_accel_radps2_max, .. } = input.limits;
+    let turns_on = turn_accel_radps2_max.is_finite();
+    let turn_radps = if turns_on { twist.turn_radps.abs().max(input.turn_radps.abs()) } else { twist.turn_radps.abs() };
+    turn_radps * (input.dt_s + input.velocity.norm() / accel_mps2_max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing::{self, LIMITS};
-    use model::Limits;
     use std::f64::consts::FRAC_PI_2;
 
     /// At the origin, facing +x, ticks of 0.1 s.
@@ -150,6 +158,22 @@ mod tests {
         let limits = Limits { accel_mps2_max: 0.125, ..LIMITS };
         assert!((speed(pillar([0.4, 0.0], 0.04, [0.0, 0.0]), 0.0, limits) - 0.05).abs() < 1e-12);
         assert!((speed(pillar([0.4, 0.0], 0.10, [0.0, 0.0]), 0.0, limits) - 0.1).abs() < 1e-12);
+    }
+
+    /// From 0.2 m/s it takes 1.6 s to stand. Meanwhile it turns on, 1.7 rad at 1 rad/s with the tick before: it may come to
+    /// face what is beside it now.
+    #[test]
+    fn slow_brakes_look_where_the_turn_leads() {
+        let limits = Limits { accel_mps2_max: 0.125, turn_accel_radps2_max: 0.5, ..LIMITS };
+        let beside = pillar([0.0, 0.4], 0.04, [0.0, 0.0]);
+        let at = |turn_radps, asked_radps, limits| {
+            let input = PlanInput { velocity: Vector2::new(0.2, 0.0), turn_radps, ..input(limits) };
+            brake(Twist { speed_mps: 0.2, turn_radps: asked_radps }, &[beside], 0.02, &input).speed_mps
+        };
+        assert!((at(0.0, 1.0, limits) - 0.05).abs() < 1e-12);
+        assert!((at(1.0, 0.0, limits) - 0.05).abs() < 1e-12, "what is not asked for any more goes on for a while");
+        assert_eq!(at(0.0, 0.0, limits), 0.2);
+        assert_eq!(at(1.0, 0.0, LIMITS), 0.2, "a body that follows at once");
     }
 
     /// The nearest of several decides; the turn stays.

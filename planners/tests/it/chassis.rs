@@ -1,11 +1,11 @@
-//! Unicycles that turn slowly, reverse, or steer like cars, driven by every method.
+//! Unicycles that turn slowly, reverse, or steer like cars, driven by every method, and what wheels make of a plan.
 
 use crate::inputs::{LIMITS, Scene, every_method};
 use geometry::wrap;
-use model::{BodyKind, Drive, Limits};
+use model::{BodyKind, Drive, Limits, Wheels};
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
-use shoal_planners::{Chassis, Planner};
+use shoal_planners::{Chassis, Plan, PlanInput, Planner};
 
 const DT_S: f64 = 0.02;
 
@@ -100,6 +100,89 @@ fn a_robot_turns_to_its_heading_at_its_goal() {
             Some(yaw_rad),
             20.0,
         );
+    }
+}
+
+/// Answers the same in every tick.
+struct Always(Drive);
+
+impl Planner for Always {
+    fn plan(&mut self, _: &PlanInput<'_>) -> Plan {
+        Plan::only(self.0)
+    }
+}
+
+/// A diff-drive at the origin that looks along +x, on its way with these rates of its wheels.
+fn on_wheels(wheels: &Wheels, rate_radps: [f64; 2], limits: Limits) -> Scene {
+    let (speed_mps, turn_radps) = wheels.twist_of(rate_radps);
+    let velocity = Vector2::new(speed_mps, 0.0);
+    let scene = Scene::new([0.0, 0.0], [5.0, 0.0]);
+    Scene { kind: BodyKind::DiffDrive, velocity, turn_radps, limits, wheels: Some(*wheels), ..scene }
+}
+
+/// Each wheel can change by 1 rad/s in a tick. To stand, both have to brake; to turn as well, one of them would have to
+/// speed up, and the body would not get slower at all.
+#[test]
+fn wheels_brake_before_they_turn() {
+    let wheels = Wheels { accel_radps2_max: 1.0 / DT_S, ..Wheels::BURGER };
+    let mut scene = on_wheels(&wheels, [5.0, 5.0], wheels.limits());
+    let (_, turn_radps) = wheels.twist_of([-6.0, 6.0]);
+    let mut planner = Always(Drive::Twist { speed_mps: 0.0, turn_radps });
+    let mut rates = |scene: &Scene| {
+        let plan = Chassis::default().plan(&mut planner, &scene.input(0, DT_S));
+        wheels.rates_for(plan.drive, &scene.limits).unwrap()
+    };
+    let near = |found: [f64; 2], expected: [f64; 2]| {
+        assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9), "{found:?}");
+    };
+    near(rates(&scene), [4.0, 4.0]);
+    // What the brakes do not need goes to the turn.
+    scene = on_wheels(&wheels, [0.25, 0.25], wheels.limits());
+    near(rates(&scene), [-0.75, 0.75]);
+    // Nothing to brake: all that is asked for.
+    scene = on_wheels(&wheels, [0.0, 0.0], wheels.limits());
+    near(rates(&scene), [-6.0, 6.0]);
+}
+
+/// A body that drives backwards has its left wheel on the other side.
+#[test]
+fn wheels_that_a_method_commands_turn_round_with_the_gear() {
+    let wheels = Wheels::BURGER;
+    let mut scene = on_wheels(&wheels, [0.0; 2], wheels.limits());
+    let mut planner = Always(Drive::Wheels { rate_radps: [1.0, 2.0] });
+    let mut drive = |scene: &Scene| Chassis::default().plan(&mut planner, &scene.input(0, DT_S)).drive;
+    assert_eq!(drive(&scene), Drive::Wheels { rate_radps: [1.0, 2.0] });
+    scene.goal = [-0.5, 0.0].into();
+    assert_eq!(drive(&scene), Drive::Wheels { rate_radps: [-2.0, -1.0] });
+}
+
+proptest! {
+    /// Methods count on the acceleration in the limits: a body that is to become slower does so with all of it, whatever
+    /// its wheels are doing and however it is to turn.
+    #[test]
+    fn the_brakes_of_wheels_hold_whatever_the_turn(
+        from in (-1.0..1.0f64, -1.0..1.0f64), asked in (-2.0..2.0f64, -2.0..2.0f64), accel in 0.5..400.0f64
+    ) {
+        let wheels = Wheels { accel_radps2_max: accel, ..Wheels::BURGER };
+        let limits = wheels.limits();
+        let rate_radps = [from.0, from.1].map(|share| share * wheels.speed_radps_max);
+        let scene = on_wheels(&wheels, rate_radps, limits);
+        let (before_mps, _) = wheels.twist_of(rate_radps);
+        let drive = Drive::Twist { speed_mps: asked.0 * limits.speed_mps_max, turn_radps: asked.1 * limits.turn_radps_max };
+        let wanted = wheels.rates_for(drive, &limits).unwrap();
+        let (wanted_mps, _) = wheels.twist_of(wanted);
+
+        let plan = Chassis::default().plan(&mut Always(drive), &scene.input(0, DT_S));
+        let after = wheels.towards(rate_radps, wheels.rates_for(plan.drive, &limits).unwrap(), DT_S);
+        let (after_mps, _) = wheels.twist_of(after);
+        let slower_mps = if before_mps * wanted_mps < 0.0 { 0.0 } else { wanted_mps };
+        if slower_mps.abs() < before_mps.abs() {
+            let change_max = limits.accel_mps2_max * DT_S;
+            let expected = before_mps + (slower_mps - before_mps).clamp(-change_max, change_max);
+            prop_assert!((after_mps - expected).abs() < 1e-9, "from {before_mps} to {after_mps} instead of {expected}");
+        } else {
+            prop_assert_eq!(wheels.rates_for(plan.drive, &limits), Some(wanted));
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use crate::inputs::{Scene, every_method};
 use geometry::Capsule;
 use model::kind::Kind;
 use model::value::Value;
-use model::{BodyKind, Drive, Limits, ParamValue, ParamValues};
+use model::{BodyKind, Drive, Limits, ParamValue, ParamValues, Wheels};
 use nalgebra::{Point2, Rotation2, Vector2};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -82,8 +82,10 @@ pub(crate) fn scene(size: f64, others: usize) -> impl Strategy<Value = Scene> {
             position,
             yaw_rad,
             velocity,
+            turn_radps: 0.0,
             radius_m,
             kind,
+            wheels: (kind == BodyKind::DiffDrive).then_some(Wheels { accel_radps2_max: 50.0, ..Wheels::BURGER }),
             limits: Limits { speed_mps_max, reverse_mps_max, turn_radps_max, ..crate::inputs::LIMITS },
             goal,
             arrived,

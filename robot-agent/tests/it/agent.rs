@@ -1,7 +1,7 @@
 //! What an agent tells others and asks of its body: flags, poses, and the joints of arms.
 
 use geometry::ArmState;
-use model::{Drive, RobotIndex, RobotInstance, Scenario};
+use model::{Drive, RobotIndex, RobotInstance, Scenario, Wheels};
 use nalgebra::{Point2, Vector2};
 use planners::{Neighbor, Plan, PlanInput, Planner};
 use protocol::daemon_to_robot::AgentSpec;
@@ -12,7 +12,7 @@ use scenarios::Overrides;
 use shoal_robot_agent::{Agent, AgentInputs, AgentOutputs, Time};
 use std::sync::{Arc, Mutex};
 
-/// Two robots side by side and an arm.
+/// Two robots side by side, an arm, and a robot on wheels.
 fn scenario() -> Scenario {
     let text = r#"
         [[robot]]
@@ -34,6 +34,11 @@ fn scenario() -> Scenario {
         goal_m = [-2.5, -6]
         turn_radps_max = 2
         speed_mps_max = 0.6
+        [[robot]]
+        id = "wheels"
+        kind = "diff-drive"
+        start_m = [0, 6]
+        goal_m = [5, 6]
     "#;
     scenarios::parse("agent.toml", text, &Overrides::default()).unwrap_or_else(|problems| panic!("{problems}"))
 }
@@ -51,6 +56,8 @@ struct Seen {
     /// Centres and identities of what is an obstacle.
     obstacles: Vec<(Point2<f64>, u32)>,
     arm: Option<ArmState>,
+    wheels: Option<Wheels>,
+    turn_radps: f64,
 }
 
 impl Planner for Scripted {
@@ -59,6 +66,8 @@ impl Planner for Scripted {
             neighbors: input.neighbors.to_vec(),
             obstacles: input.obstacles.iter().map(|obstacle| (obstacle.shape.a, obstacle.id)).collect(),
             arm: input.arm,
+            wheels: input.wheels,
+            turn_radps: input.turn_radps,
         });
         self.plans.lock().unwrap().pop().unwrap_or(Plan::only(Drive::stop(input.kind)))
     }
@@ -226,6 +235,24 @@ fn an_arm_is_shown_its_joints_and_tells_them() {
     let mut robot = Robot::new(&scenario, 0);
     assert_eq!(robot.step(&odometry, &[], Plan::only(STAND)).pose.joints_rad, joints_rad, "what the odometry says");
     assert_eq!(robot.last().arm, None);
+}
+
+/// A method is shown the wheels and may command them; what they cannot do is cut so that the curve stays.
+#[test]
+fn wheels_are_commanded_within_what_they_can() {
+    let scenario = scenario();
+    let mut robot = Robot::new(&scenario, 3);
+    let odometry = Odometry { turn_radps: 0.5, goal_x_m: 5.0, flags: Odometry::FLAG_PRESENT, ..Odometry::default() };
+    let mut ask = |rate_radps| robot.step(&odometry, &[], Plan::only(Drive::Wheels { rate_radps })).drive;
+    assert_eq!(ask([1.0, -0.5]), Drive::Wheels { rate_radps: [1.0, -0.5] });
+    assert_eq!(ask([20.0, 10.0]), Drive::Wheels { rate_radps: [6.67, 3.335] });
+    // It may not reverse, so it does not.
+    assert_eq!(ask([-1.0, -1.0]), Drive::Wheels { rate_radps: [0.0, 0.0] });
+    assert_eq!(robot.last().wheels, Some(Wheels::BURGER));
+    assert_eq!(robot.last().turn_radps, 0.5);
+    let mut other = Robot::new(&scenario, 1);
+    other.step(&odometry, &[], Plan::only(Drive::Twist { speed_mps: 0.0, turn_radps: 0.0 }));
+    assert_eq!(other.last().wheels, None);
 }
 
 #[test]

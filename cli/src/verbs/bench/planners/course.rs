@@ -34,6 +34,7 @@ pub struct Course {
     position: Point2<f64>,
     yaw_rad: f64,
     velocity: Vector2<f64>,
+    turn_radps: f64,
     goal: Point2<f64>,
     since_goal: u32,
     tick: u64,
@@ -68,6 +69,7 @@ impl Course {
             position: corners[0],
             yaw_rad: std::f64::consts::FRAC_PI_4,
             velocity: Vector2::zeros(),
+            turn_radps: 0.0,
             goal: corners[1],
             since_goal: 0,
             tick: 0,
@@ -84,6 +86,7 @@ impl Course {
             position: self.position,
             yaw_rad: self.yaw_rad,
             velocity: self.velocity,
+            turn_radps: self.turn_radps,
             radius_m: RADIUS_M,
             kind: self.kind,
             limits: LIMITS,
@@ -106,6 +109,7 @@ impl Course {
             Drive::Velocity(velocity) => self.velocity = velocity,
             Drive::Twist { speed_mps, turn_radps } => {
                 self.yaw_rad += turn_radps * DT_S;
+                self.turn_radps = turn_radps;
                 self.velocity = Vector2::new(self.yaw_rad.cos(), self.yaw_rad.sin()) * speed_mps;
             }
             Drive::Joints { .. } | Drive::Wheels { .. } => {}
