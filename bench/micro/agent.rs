@@ -5,7 +5,7 @@ use divan::Bencher;
 use model::{RobotIndex, RobotInstance};
 use planners::PlanInput;
 use protocol::daemon_to_robot::AgentSpec;
-use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use robot_agent::agent::{Agent, AgentInputs, Time};
 use scenarios::Draft;
@@ -34,7 +34,9 @@ fn step(bencher: Bencher<'_, '_>, cell: &Cell) {
         (0..WARM_UP + MEASURED).map(|tick| route.input(tick)).map(|input| (odometry(&input), heard(&input))).collect();
     let mut run = |tick: usize| {
         let (odometry, heard) = black_box(&told[tick]);
-        agent.step(&AgentInputs { odometry, heard, pieces: &pieces, time: Time::Ticks })
+        let mut pose = SharedPose::default();
+        let outputs = agent.step(&AgentInputs { odometry, heard, pieces: &pieces, time: Time::Ticks }, &mut pose);
+        (outputs, pose)
     };
     (0..WARM_UP).for_each(|tick| _ = run(tick));
     let mut ticks = (WARM_UP..WARM_UP + MEASURED).cycle();
@@ -64,7 +66,7 @@ fn odometry(input: &PlanInput<'_>) -> Odometry {
 }
 
 /// What the boards of the neighbours give: their poses of the tick before.
-fn heard(input: &PlanInput<'_>) -> Vec<(NeighborRef, PosePair)> {
+fn heard(input: &PlanInput<'_>) -> Vec<(NeighborRef, SharedPose)> {
     let spoken = |neighbor: &planners::Neighbor| {
         let arrived = if neighbor.arrived { SharedPose::FLAG_ARRIVED } else { 0 };
         let newest = SharedPose {
@@ -80,7 +82,7 @@ fn heard(input: &PlanInput<'_>) -> Vec<(NeighborRef, PosePair)> {
             ..SharedPose::default()
         };
         let who = NeighborRef { index: neighbor.id, incarnation: 0 };
-        (who, PosePair { newest, previous: SharedPose::default() })
+        (who, newest)
     };
     input.neighbors.iter().map(spoken).collect()
 }

@@ -1,5 +1,5 @@
-//! Boards: what it takes to read the poses of so many robots, and the odometry. *Warm* is reading again what nobody has
-//! written since. *Cold* is nearer to how a robot finds them: another processor has written everything anew, and this one
+//! Boards: what it takes to read the poses of so many robots, and the odometry, and to write a pose, odometry and lists.
+//! *Warm* is reading again what has not been written since. *Cold* is nearer to how a robot finds them: another processor has written everything anew, and this one
 //! has done other work and slept since.
 
 use crate::home::{Home, Other, Period};
@@ -7,7 +7,7 @@ use bus::{Node, Poses, RobotReader, RobotWriter, Services, Sizes, WorldReader, W
 use divan::Bencher;
 use model::{RobotIndex, RobotInstance};
 use protocol::robot_to_robot::SharedPose;
-use protocol::world_to_robot::Odometry;
+use protocol::world_to_robot::{NeighborRef, Odometry};
 use std::cell::RefCell;
 use std::hint::black_box;
 
@@ -52,7 +52,7 @@ impl Robots {
             let sizes = Sizes { max_robots: count, shape_pieces: 0 };
             let boards = (0..count).map(|slot| RobotWriter::create(&node, instance(slot), sizes, poses));
             let mut boards: Vec<RobotWriter> = boards.collect::<Result<_, _>>().unwrap();
-            move |tick| boards.iter_mut().zip(0..).for_each(|(board, slot)| board.pose(pose(slot, tick)))
+            move |tick| boards.iter_mut().zip(0..).for_each(|(board, slot)| board.pose(|told| *told = pose(slot, tick)))
         });
         let node = home.node("reader");
         let readers = (0..count).map(|slot| RobotReader::open(&node, instance(slot)));
@@ -134,7 +134,9 @@ impl World {
         let writer = Other::new(move || {
             let node = Node::new(&address, "world").unwrap();
             let mut board = WorldWriter::open(&node, sizes).unwrap();
-            move |tick| (0..count).for_each(|slot| board.odometry(RobotIndex(slot), odometry(slot, tick)))
+            move |tick| {
+                (0..count).for_each(|slot| board.odometry(RobotIndex(slot), |told| *told = odometry(slot, tick)));
+            }
         });
         let reader = WorldReader::open(&home.node("agent"), RobotIndex(count / 2)).unwrap();
         let mut world = World { reader, writer, tick: 0, period: Period::new(), _services: services, _home: home };
@@ -165,4 +167,62 @@ fn odometry_warm(bencher: Bencher<'_, '_>, robots: u32) {
 fn odometry_cold(bencher: Bencher<'_, '_>, robots: u32) {
     let world = RefCell::new(World::new(robots));
     bencher.with_inputs(|| world.borrow_mut().turn_cold()).bench_local_values(|()| world.borrow().reader.odometry());
+}
+
+/// A pose of a robot, as in `lockstep`.
+#[divan::bench]
+fn pose_write(bencher: Bencher<'_, '_>) {
+    let home = Home::new();
+    let node = home.node("robot");
+    let sizes = Sizes { max_robots: 1, shape_pieces: 0 };
+    let mut board = RobotWriter::create(&node, instance(0), sizes, Poses::LastTwo).unwrap();
+    let mut tick = 0;
+    let mut next = || {
+        tick += 1;
+        pose(0, tick)
+    };
+    bencher.with_inputs(&mut next).bench_local_refs(|made| board.pose(|told| *told = *made));
+}
+
+/// The lists of one robot: how many neighbours, with as many pieces in sight.
+const LISTED: [u32; 3] = [0, 16, 200];
+
+/// Writes both lists of a robot.
+#[divan::bench(args = LISTED)]
+fn lists_write(bencher: Bencher<'_, '_>, listed: u32) {
+    let (_home, _services, mut world, _) = lists();
+    let (neighbors, pieces) = listed_of(listed);
+    bencher.bench_local(|| {
+        world.neighbors(RobotIndex(0), black_box(&neighbors));
+        world.sensed(RobotIndex(0), black_box(&pieces));
+    });
+}
+
+/// Writes both, tells of it, and reads them.
+#[divan::bench(args = LISTED)]
+fn lists_write_and_read(bencher: Bencher<'_, '_>, listed: u32) {
+    let (_home, _services, mut world, mut robot) = lists();
+    let (neighbors, pieces) = listed_of(listed);
+    let (mut heard, mut seen) = (Vec::with_capacity(256), Vec::with_capacity(256));
+    bencher.bench_local(|| {
+        world.neighbors(RobotIndex(0), black_box(&neighbors));
+        world.sensed(RobotIndex(0), black_box(&pieces));
+        world.odometry(RobotIndex(0), |odometry| odometry.tick += 1);
+        robot.odometry();
+        assert!(robot.neighbors(&mut heard) && robot.sensed(&mut seen));
+    });
+}
+
+fn lists() -> (Home, Services, WorldWriter, WorldReader) {
+    let home = Home::new();
+    let node = home.node("daemon");
+    let sizes = Sizes { max_robots: 256, shape_pieces: 0 };
+    let services = Services::create(&node, sizes).unwrap();
+    let world = WorldWriter::open(&home.node("world"), sizes).unwrap();
+    let robot = WorldReader::open(&home.node("agent"), RobotIndex(0)).unwrap();
+    (home, services, world, robot)
+}
+
+fn listed_of(count: u32) -> (Vec<NeighborRef>, Vec<u16>) {
+    ((0..count).map(|index| NeighborRef { index, incarnation: 0 }).collect(), (0..count as u16).collect())
 }

@@ -3,7 +3,7 @@
 use crate::node::{Ipc, Node};
 use crate::{BusError, Result};
 use iceoryx2::port::reader::{BlackboardValue, EntryHandle, Reader};
-use iceoryx2::port::writer::{EntryHandleMut, Writer};
+use iceoryx2::port::writer::{EntryValueUninit, Writer};
 use iceoryx2::prelude::ZeroCopySend;
 use iceoryx2::service::builder::blackboard::Creator;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
@@ -13,7 +13,6 @@ use std::fmt::Debug;
 pub(crate) type Key = u64;
 pub(crate) type Board = PortFactory<Ipc, Key>;
 pub(crate) type Entry<T> = EntryHandle<Ipc, Key, T>;
-pub(crate) type EntryMut<T> = EntryHandleMut<Ipc, Key, T>;
 
 /// Starts a board; entries are added to it before it is created.
 pub(crate) fn creator(node: &Node, name: &str, participants_max: usize) -> Creator<Key, Ipc> {
@@ -37,12 +36,17 @@ pub(crate) fn reader(board: &Board, name: &str) -> Result<Reader<Ipc, Key>> {
     board.reader_builder().create().map_err(|e| BusError::port(object(name), "become a reader", e))
 }
 
+/// Becomes the writer of an entry. `blank` is what its unused memory is filled with.
 pub(crate) fn entry_mut<T: Copy + ZeroCopySend + 'static>(
     writer: &Writer<Ipc, Key>,
     name: &str,
     key: Key,
+    blank: &T,
 ) -> Result<EntryMut<T>> {
-    writer.entry::<T>(&key).map_err(|e| BusError::port(object(name), "find an entry to write", e))
+    let entry = writer.entry::<T>(&key).map_err(|e| BusError::port(object(name), "find an entry to write", e))?;
+    let mut next = entry.loan_uninit();
+    next.value_mut().write(*blank);
+    Ok(EntryMut { next: Some(next) })
 }
 
 pub(crate) fn entry<T: Copy + ZeroCopySend>(reader: &Reader<Ipc, Key>, name: &str, key: Key) -> Result<Entry<T>> {
@@ -59,17 +63,42 @@ fn object(name: &str) -> String {
     format!("board `{name}`")
 }
 
+/// The writer's end of an entry. An entry has two cells: readers copy out of one while the next value is made in the
+/// other, in place. So nothing is copied into an entry that was not made elsewhere.
+pub(crate) struct EntryMut<T: Copy + 'static> {
+    /// The cell that readers do not look at. Publishing consumes it and gives the other one: it is always there.
+    next: Option<EntryValueUninit<Ipc, Key, T>>,
+}
+
+impl<T: Copy + 'static> EntryMut<T> {
+    /// Publishes what `fill` makes of the next cell, which holds an earlier value: the one before the newest, or a blank
+    /// one. What `fill` leaves alone is published as it was.
+    pub(crate) fn update<R>(&mut self, fill: impl FnOnce(&mut T) -> R) -> R {
+        const LOANED: &str = "the next cell is on loan at any time";
+        let next = self.next.as_mut().expect(LOANED);
+        // SAFETY: both cells hold a whole `T`. Of the two, the published one was written by whoever made the entry, and
+        // the other one by `entry_mut`, before either was first handed out here. No other handle writes: an entry has one
+        // producer at a time. A reader that still copies out of this cell sees by the counter of the entry that the cell
+        // is not the published one any more, and copies again.
+        let result = fill(unsafe { next.value_mut().assume_init_mut() });
+        let filled = self.next.take().expect(LOANED);
+        // SAFETY: as above, the value is initialised, whatever `fill` wrote.
+        let entry = unsafe { filled.assume_init_and_update() };
+        self.next = Some(entry.loan_uninit());
+        result
+    }
+}
+
 /// An entry that is copied only when it has changed. Looking is one plain load of a shared word; reading is a copy and
 /// a locked exchange on it, which all readers of the entry share.
 pub(crate) struct Watched<T: Copy + 'static> {
     entry: Entry<T>,
-    // Boxed: values are kilobytes.
-    value: Box<BlackboardValue<T>>,
+    value: BlackboardValue<T>,
 }
 
 impl<T: Copy + 'static> Watched<T> {
     pub(crate) fn new(entry: Entry<T>) -> Watched<T> {
-        let value = Box::new(entry.get());
+        let value = entry.get();
         Watched { entry, value }
     }
 
@@ -77,7 +106,7 @@ impl<T: Copy + 'static> Watched<T> {
     pub(crate) fn refresh(&mut self) -> bool {
         let changed = !self.entry.is_up_to_date(&self.value);
         if changed {
-            *self.value = self.entry.get();
+            self.value = self.entry.get();
         }
         changed
     }

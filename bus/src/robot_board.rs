@@ -61,27 +61,29 @@ impl RobotWriter {
         let board = board::create(creator, &name)?;
         let writer = board::writer(&board, &name)?;
         Ok(RobotWriter {
-            first: board::entry_mut(&writer, &name, POSES[0])?,
+            first: board::entry_mut(&writer, &name, POSES[0], &SharedPose::default())?,
             second: match poses {
                 Poses::Newest => None,
-                Poses::LastTwo => Some(board::entry_mut(&writer, &name, POSES[1])?),
+                Poses::LastTwo => Some(board::entry_mut(&writer, &name, POSES[1], &SharedPose::default())?),
             },
             turn: false,
-            command: board::entry_mut(&writer, &name, COMMAND)?,
+            command: board::entry_mut(&writer, &name, COMMAND, &Command::default())?,
             _board: board,
         })
     }
 
-    /// Tells a pose. The one before it stays, if the board holds two.
-    pub fn pose(&mut self, pose: SharedPose) {
+    /// Tells the pose that `fill` makes in place: in the memory that readers look at next, where an older pose is. The
+    /// pose before it stays, if the board holds two.
+    pub fn pose<R>(&mut self, fill: impl FnOnce(&mut SharedPose) -> R) -> R {
         let next = self.second.as_mut().filter(|_| self.turn).unwrap_or(&mut self.first);
-        next.update_with_copy(pose);
+        let result = next.update(fill);
         self.turn = !self.turn;
+        result
     }
 
-    /// Asks the body for this.
-    pub fn command(&mut self, command: Command) {
-        self.command.update_with_copy(command);
+    /// Asks the body for what `fill` makes in place, where an older command is.
+    pub fn command(&mut self, fill: impl FnOnce(&mut Command)) {
+        self.command.update(fill);
     }
 }
 
@@ -125,9 +127,17 @@ impl RobotReader {
         })
     }
 
-    /// The newest pose, as of some moment during the call, and the one before it if the board holds two. So nothing is
-    /// older than what a call before gave, however long the reader slept.
-    pub fn pose(&self) -> PosePair {
+    /// The newest pose, as of some moment during the call. So nothing is older than what a call before gave, however long
+    /// the reader slept.
+    pub fn pose(&self) -> SharedPose {
+        match self.second {
+            None => *self.first.get(),
+            Some(_) => self.pair().newest,
+        }
+    }
+
+    /// The newest pose, and the one before it if the board holds two.
+    fn pair(&self) -> PosePair {
         let first = *self.first.get();
         let Some(second) = &self.second else { return PosePair { newest: first, previous: SharedPose::default() } };
         let second = *second.get();
@@ -139,19 +149,19 @@ impl RobotReader {
         }
     }
 
-    /// As much of the last two poses as shows the newest one of a tick before `tick`. Mostly that is one entry, which
-    /// nobody is writing. For boards that hold two.
-    pub fn pose_before(&mut self, tick: u64) -> PosePair {
+    /// The newest pose of a tick before `tick`; without [`SharedPose::FLAG_SPOKEN`] if there is none. Mostly that takes a
+    /// look at one entry, which is not being written. For boards that hold two.
+    pub fn pose_before(&mut self, tick: u64) -> SharedPose {
         let next = self.second.as_ref().filter(|_| self.turn).unwrap_or(&self.first);
         let pose = *next.get();
         if pose.has(SharedPose::FLAG_SPOKEN) && pose.tick + 1 == tick {
             self.turn = !self.turn;
-            return PosePair { newest: pose, previous: SharedPose::default() };
+            return pose;
         }
         // It has missed ticks, or is new: next time this is where the one that comes after the found one will be.
-        let pair = self.pose();
-        self.turn ^= pair.before(tick) == Some(&pose);
-        pair
+        let found = self.pair().before(tick).copied();
+        self.turn ^= found == Some(pose);
+        found.unwrap_or_default()
     }
 
     /// The newest command.
@@ -211,10 +221,11 @@ mod tests {
             for (ticks, reader) in looks {
                 for ticks in ticks {
                     told.push(pose(told.newest.tick + ticks, told.newest.stamp_ns + 1));
-                    writer.pose(told.newest);
+                    writer.pose(|pose| *pose = told.newest);
                 }
                 let previous = if last_two { told.previous } else { SharedPose::default() };
-                prop_assert_eq!(readers[reader].pose(), PosePair { previous, ..told });
+                prop_assert_eq!(readers[reader].pair(), PosePair { previous, ..told });
+                prop_assert_eq!(readers[reader].pose(), told.newest);
             }
         }
 
@@ -231,10 +242,10 @@ mod tests {
             for (missed, ahead) in ticks {
                 tick += missed;
                 while told < tick + u64::from(ahead) {
-                    writer.pose(pose(told, told + 1));
+                    writer.pose(|next| *next = pose(told, told + 1));
                     told += 1;
                 }
-                prop_assert_eq!(reader.pose_before(tick).before(tick).copied(), Some(pose(tick - 1, tick)));
+                prop_assert_eq!(reader.pose_before(tick), pose(tick - 1, tick));
             }
         }
     }
@@ -252,7 +263,7 @@ mod tests {
                     // Ends by itself, should the reader fail.
                     for stamp_ns in 1..u64::MAX {
                         begun.store(stamp_ns, SeqCst);
-                        writer.pose(pose(stamp_ns / 3, stamp_ns));
+                        writer.pose(|next| *next = pose(stamp_ns / 3, stamp_ns));
                         told.store(stamp_ns, SeqCst);
                         if enough.load(SeqCst) || stamp_ns > 1_000_000_000 {
                             break;
@@ -266,7 +277,7 @@ mod tests {
                 let mut last = 0;
                 for _ in 0..LOOKS {
                     let oldest = told.load(SeqCst).max(last);
-                    let found = reader.pose().newest;
+                    let found = reader.pose();
                     let newest = begun.load(SeqCst);
                     last = found.stamp_ns;
                     let whole = found == pose(last / 3, last);

@@ -5,7 +5,7 @@ use crate::node::Node;
 use crate::{Result, Sizes};
 use iceoryx2::prelude::ZeroCopySend;
 use model::RobotIndex;
-use protocol::world_to_robot::{MAX_SENSED, NeighborList, NeighborRef, Odometry, Piece, SensedList};
+use protocol::world_to_robot::{NeighborList, NeighborRef, Odometry, Piece, SensedList};
 use std::cell::Cell;
 
 const NAME: &str = "world";
@@ -70,48 +70,46 @@ impl WorldWriter {
             writer: &iceoryx2::port::writer::Writer<crate::node::Ipc, Key>,
             kind: Kind,
             count: u32,
+            blank: &T,
         ) -> Result<Vec<EntryMut<T>>> {
-            (0..count).map(|index| board::entry_mut(writer, NAME, key(kind, index))).collect()
+            (0..count).map(|index| board::entry_mut(writer, NAME, key(kind, index), blank)).collect()
         }
         Ok(WorldWriter {
-            odometry: all(&writer, Kind::Odometry, sizes.max_robots)?,
+            odometry: all(&writer, Kind::Odometry, sizes.max_robots, &Told::default())?,
             written: vec![[0; 2]; sizes.max_robots as usize],
-            neighbors: all(&writer, Kind::Neighbors, sizes.max_robots)?,
-            sensed: all(&writer, Kind::Sensed, sizes.max_robots)?,
-            pieces: all(&writer, Kind::Piece, sizes.pieces())?,
+            neighbors: all(&writer, Kind::Neighbors, sizes.max_robots, &NeighborList::EMPTY)?,
+            sensed: all(&writer, Kind::Sensed, sizes.max_robots, &SensedList::EMPTY)?,
+            pieces: all(&writer, Kind::Piece, sizes.pieces(), &Piece::default())?,
         })
     }
 
-    /// Where the robot is. What was written of its lists before is found from here on.
-    pub fn odometry(&mut self, index: RobotIndex, odometry: Odometry) {
+    /// Where the robot is: what `fill` makes in place, where older odometry is. What was written of the robot's lists
+    /// before is found from here on.
+    pub fn odometry(&mut self, index: RobotIndex, fill: impl FnOnce(&mut Odometry)) {
         let [neighbors_written, sensed_written] = self.written[index.at()];
-        self.odometry[index.at()].update_with_copy(Told { odometry, neighbors_written, sensed_written });
+        self.odometry[index.at()].update(|told| {
+            fill(&mut told.odometry);
+            (told.neighbors_written, told.sensed_written) = (neighbors_written, sensed_written);
+        });
     }
 
     /// Whom the robot hears, in the order of robots. To be written when it changes, before its odometry.
     pub fn neighbors(&mut self, index: RobotIndex, neighbors: &[NeighborRef]) {
-        let mut list = NeighborList::EMPTY;
-        list.entries[..neighbors.len()].copy_from_slice(neighbors);
-        list.len = neighbors.len() as u32;
-        self.neighbors[index.at()].update_with_copy(list);
+        self.neighbors[index.at()].update(|list| list.set(neighbors));
         let [neighbors_written, _] = &mut self.written[index.at()];
         *neighbors_written = neighbors_written.wrapping_add(1);
     }
 
     /// Which pieces the robot sees, sorted. To be written when it changes, before its odometry.
     pub fn sensed(&mut self, index: RobotIndex, pieces: &[u16]) {
-        debug_assert!(pieces.len() <= MAX_SENSED);
-        let mut list = SensedList::EMPTY;
-        list.pieces[..pieces.len()].copy_from_slice(pieces);
-        list.len = pieces.len() as u32;
-        self.sensed[index.at()].update_with_copy(list);
+        self.sensed[index.at()].update(|list| list.set(pieces));
         let [_, sensed_written] = &mut self.written[index.at()];
         *sensed_written = sensed_written.wrapping_add(1);
     }
 
-    /// Where this piece is. To be written when it moves.
-    pub fn piece(&mut self, index: u32, piece: Piece) {
-        self.pieces[index as usize].update_with_copy(piece);
+    /// Where this piece is: what `fill` makes in place. To be written when it moves.
+    pub fn piece(&mut self, index: u32, fill: impl FnOnce(&mut Piece)) {
+        self.pieces[index as usize].update(fill);
     }
 }
 
@@ -119,8 +117,8 @@ impl WorldWriter {
 pub struct WorldReader {
     reader: iceoryx2::port::reader::Reader<crate::node::Ipc, Key>,
     odometry: Entry<Told>,
-    neighbors: Watched<NeighborList>,
-    sensed: Watched<SensedList>,
+    neighbors: Entry<NeighborList>,
+    sensed: Entry<SensedList>,
     /// Sorted by index.
     pieces: Vec<(u16, Watched<Piece>)>,
     /// How often the lists were written, as the odometry told last, and as it was when they were handed out.
@@ -137,8 +135,8 @@ impl WorldReader {
         let reader = board::reader(&board::open(node, NAME)?, NAME)?;
         Ok(WorldReader {
             odometry: board::entry(&reader, NAME, key(Kind::Odometry, index.0))?,
-            neighbors: Watched::new(board::entry(&reader, NAME, key(Kind::Neighbors, index.0))?),
-            sensed: Watched::new(board::entry(&reader, NAME, key(Kind::Sensed, index.0))?),
+            neighbors: board::entry(&reader, NAME, key(Kind::Neighbors, index.0))?,
+            sensed: board::entry(&reader, NAME, key(Kind::Sensed, index.0))?,
             pieces: Vec::new(),
             written: Cell::default(),
             handed_out: [None; 2],
@@ -153,24 +151,28 @@ impl WorldReader {
         told.odometry
     }
 
-    /// Whom it hears, if that had been written anew when the odometry was last read (or this is the first look).
-    pub fn neighbors(&mut self) -> Option<&[NeighborRef]> {
+    /// Makes `list` whom it hears, if that had been written anew when the odometry was last read (or this is the first
+    /// look); whether it had.
+    pub fn neighbors(&mut self, list: &mut Vec<NeighborRef>) -> bool {
         let now = Some(self.written.get()[0]);
-        if std::mem::replace(&mut self.handed_out[0], now) == now {
-            return None;
+        let anew = std::mem::replace(&mut self.handed_out[0], now) != now;
+        if anew {
+            list.clear();
+            list.extend_from_slice(self.neighbors.get().as_slice());
         }
-        self.neighbors.refresh();
-        Some(self.neighbors.value().as_slice())
+        anew
     }
 
-    /// Which pieces it sees, if that had been written anew when the odometry was last read (or this is the first look).
-    pub fn sensed(&mut self) -> Option<&[u16]> {
+    /// Makes `list` which pieces it sees, if that had been written anew when the odometry was last read (or this is the
+    /// first look); whether it had.
+    pub fn sensed(&mut self, list: &mut Vec<u16>) -> bool {
         let now = Some(self.written.get()[1]);
-        if std::mem::replace(&mut self.handed_out[1], now) == now {
-            return None;
+        let anew = std::mem::replace(&mut self.handed_out[1], now) != now;
+        if anew {
+            list.clear();
+            list.extend_from_slice(self.sensed.get().as_slice());
         }
-        self.sensed.refresh();
-        Some(self.sensed.value().as_slice())
+        anew
     }
 
     /// Where this piece is now. What is not on the board (the world never names such a piece) is nowhere, and has no

@@ -12,7 +12,8 @@
 //! operator --- operator_to_daemon (request, reply) ----> daemon
 //! ```
 //!
-//! Messages of the loop are plain memory (`repr(C)`, versioned type names) that is read where it was written.
+//! Messages of the loop are plain memory (`repr(C)`, versioned type names), made where their readers find them and
+//! copied out by each.
 //! Everything else is bincode, through [`codec`].
 
 pub mod codec;

@@ -48,13 +48,12 @@ impl Command {
     pub const PLAN_GAVE_UP: u32 = 2;
 
     /// Fills in whether there is a plan.
-    pub fn with_plan(self, state: PlanState) -> Command {
-        let plan = match state {
+    pub fn set_plan(&mut self, state: PlanState) {
+        self.plan = match state {
             PlanState::Ready => Command::PLAN_READY,
             PlanState::Planning => Command::PLAN_PLANNING,
             PlanState::GaveUp => Command::PLAN_GAVE_UP,
         };
-        Command { plan, ..self }
     }
 
     /// Whether there is a plan; a number without a meaning counts as one.
@@ -67,14 +66,13 @@ impl Command {
     }
 
     /// Fills in the drive.
-    pub fn with_drive(mut self, drive: Drive) -> Command {
+    pub fn set_drive(&mut self, drive: Drive) {
         (self.form, self.first, self.second) = match drive {
             Drive::Velocity(v) => (Command::FORM_VELOCITY, v.x, v.y),
             Drive::Twist { speed_mps, turn_radps } => (Command::FORM_TWIST, speed_mps, turn_radps),
             Drive::Joints { rate_radps: [first, second] } => (Command::FORM_JOINTS, first, second),
             Drive::Wheels { rate_radps: [left, right] } => (Command::FORM_WHEELS, left, right),
         };
-        self
     }
 
     /// The drive in it; `None` for a form that nobody knows.

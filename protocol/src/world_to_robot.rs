@@ -105,6 +105,15 @@ impl NeighborList {
     pub const EMPTY: NeighborList =
         NeighborList { len: 0, reserved: 0, entries: [NeighborRef { index: 0, incarnation: 0 }; MAX_ROBOTS] };
 
+    /// Makes it these. What is behind them stays what it was: it does not count, and it is kilobytes.
+    ///
+    /// # Panics
+    /// With more than [`MAX_ROBOTS`].
+    pub fn set(&mut self, robots: &[NeighborRef]) {
+        self.entries[..robots.len()].copy_from_slice(robots);
+        self.len = robots.len() as u32;
+    }
+
     /// The robots in it.
     pub fn as_slice(&self) -> &[NeighborRef] {
         &self.entries[..(self.len as usize).min(MAX_ROBOTS)]
@@ -127,6 +136,15 @@ pub struct SensedList {
 impl SensedList {
     /// Nothing.
     pub const EMPTY: SensedList = SensedList { len: 0, reserved: 0, pieces: [0; MAX_SENSED] };
+
+    /// Makes it these. What is behind them stays what it was.
+    ///
+    /// # Panics
+    /// With more than [`MAX_SENSED`].
+    pub fn set(&mut self, pieces: &[u16]) {
+        self.pieces[..pieces.len()].copy_from_slice(pieces);
+        self.len = pieces.len() as u32;
+    }
 
     /// The indices in it.
     pub fn as_slice(&self) -> &[u16] {

@@ -9,5 +9,5 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     #[expect(clippy::disallowed_methods, reason = "tests tell it how much to lie")]
     let lie_m: f64 = std::env::var("SHOAL_LIE_M").ok().and_then(|text| text.parse().ok()).unwrap_or(0.0);
-    robot_agent::run_adjusted(planner_of, |outputs| outputs.pose.y_m += lie_m)
+    robot_agent::run_adjusted(planner_of, |pose, _| pose.y_m += lie_m)
 }

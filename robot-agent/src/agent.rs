@@ -6,7 +6,7 @@ use model::{Drive, PlanState, RobotInstance};
 use nalgebra::{Point2, Vector2};
 use planners::{Chassis, Identity, Neighbor, Obstacle, ParamError, PlanInput, Planner};
 use protocol::daemon_to_robot::{AgentSpec, MapPiece};
-use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_robot::SharedPose;
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 
@@ -20,19 +20,18 @@ const FRESH_TICKS: f64 = 1.5;
 pub struct AgentInputs<'a> {
     /// Where it is and where to go.
     pub odometry: &'a Odometry,
-    /// Whom it hears and what their boards hold, sorted by slot.
-    pub heard: &'a [(NeighborRef, PosePair)],
+    /// Whom it hears and the pose that counts of each, sorted by slot: the newest of a tick before this one, or in
+    /// `realtime` the newest.
+    pub heard: &'a [(NeighborRef, SharedPose)],
     /// What it sees, sorted by piece index.
     pub pieces: &'a [Piece],
     /// How to tell the age of a pose.
     pub time: Time,
 }
 
-/// Everything an agent says and does in a tick. The stamps are the shell's to fill in.
+/// Everything an agent does in a tick. What it says is the pose that [`Agent::step`] fills in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgentOutputs {
-    /// Its pose, for whoever hears it.
-    pub pose: SharedPose,
     /// What it asks of its body, within its limits.
     pub drive: Drive,
     /// Whether its method has a plan.
@@ -40,16 +39,17 @@ pub struct AgentOutputs {
 }
 
 impl AgentOutputs {
-    /// What goes on its board for the world: computed from this odometry, written at `stamp_ns`.
-    pub fn command(&self, odometry: &Odometry, stamp_ns: u64) -> Command {
-        let command = Command {
+    /// Makes `command` what goes on its board for the world: computed from this odometry, written at `stamp_ns`.
+    pub fn command(&self, odometry: &Odometry, stamp_ns: u64, command: &mut Command) {
+        *command = Command {
             tick: odometry.tick,
             stamp_ns,
             odometry_stamp_ns: odometry.stamp_ns,
             incarnation: odometry.incarnation,
             ..Command::default()
         };
-        command.with_drive(self.drive).with_plan(self.plan)
+        command.set_drive(self.drive);
+        command.set_plan(self.plan);
     }
 }
 
@@ -148,8 +148,9 @@ impl Agent {
         self.receiver.in_use().map(|(who, pose)| (who, pose.stamp_ns))
     }
 
-    /// One tick.
-    pub fn step(&mut self, inputs: &AgentInputs<'_>) -> AgentOutputs {
+    /// One tick. `pose` becomes what the robot tells those that hear it, every field of it; the stamp is the shell's to
+    /// fill in.
+    pub fn step(&mut self, inputs: &AgentInputs<'_>, pose: &mut SharedPose) -> AgentOutputs {
         let odometry = inputs.odometry;
         let dt_s = self.spec.clock.dt_s();
         self.receiver.receive(odometry.tick, inputs.time, inputs.heard);
@@ -204,7 +205,7 @@ impl Agent {
         if plan.stopped {
             flags |= SharedPose::FLAG_STOPPED;
         }
-        let pose = SharedPose {
+        *pose = SharedPose {
             tick: odometry.tick,
             stamp_ns: 0,
             x_m: odometry.x_m,
@@ -218,7 +219,7 @@ impl Agent {
             flags,
             reserved: 0,
         };
-        AgentOutputs { pose, drive, plan: plan.state }
+        AgentOutputs { drive, plan: plan.state }
     }
 
     /// Sorts what is seen into obstacles and neighbours. A robot that was heard just now is known from its own word; one

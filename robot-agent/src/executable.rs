@@ -4,6 +4,7 @@ use crate::agent::{AgentError, AgentOutputs};
 use crate::shell::{self, Args};
 use planners::Planner;
 use protocol::daemon_to_robot::AgentSpec;
+use protocol::robot_to_robot::SharedPose;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -13,13 +14,13 @@ use std::process::ExitCode;
 /// arguments of the process are those that `shoal run` gives to every agent. Errors are printed on standard error;
 /// the exit code is then 3.
 pub fn run(build: impl FnMut(&AgentSpec) -> Result<Box<dyn Planner>, AgentError>) -> ExitCode {
-    run_adjusted(build, |_| {})
+    run_adjusted(build, |_, _| {})
 }
 
 /// Like [`run`]; `adjust` may change the pose and the command of every step before they are published.
 pub fn run_adjusted(
     mut build: impl FnMut(&AgentSpec) -> Result<Box<dyn Planner>, AgentError>,
-    mut adjust: impl FnMut(&mut AgentOutputs),
+    mut adjust: impl FnMut(&mut SharedPose, &mut AgentOutputs),
 ) -> ExitCode {
     #[expect(clippy::disallowed_methods, reason = "an agent gets its robot and its run from its command line")]
     let args = Args::parse(std::env::args().skip(1));

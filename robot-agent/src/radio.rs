@@ -10,7 +10,7 @@
 use model::random::Stream;
 use model::{Radio, RobotInstance};
 use planners::Neighbor;
-use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::NeighborRef;
 
 /// How old a pose is, and which pose is the newest: by ticks, or by the stamps of the monotonic clock.
@@ -67,17 +67,14 @@ impl Receiver {
         Receiver { schedule, tracks: Vec::new(), losses: stream("radio-loss"), errors: stream("radio-noise") }
     }
 
-    /// Takes in what the boards of the robots in range hold at this tick. `heard` is sorted by slot; whoever is not
+    /// Takes in what the boards of the robots in range tell at this tick. `heard` is sorted by slot; a robot that is not
     /// in it is out of range and forgotten.
-    pub fn receive(&mut self, tick: u64, time: Time, heard: &[(NeighborRef, PosePair)]) {
+    pub fn receive(&mut self, tick: u64, time: Time, heard: &[(NeighborRef, SharedPose)]) {
         let radio = self.radio_at(tick);
         self.follow(heard);
-        for (track, (_, pair)) in self.tracks.iter_mut().zip(heard) {
-            let newest = match time {
-                Time::Ticks => pair.before(tick),
-                Time::Stamps { .. } => pair.before(u64::MAX),
-            };
-            if let Some(pose) = newest.filter(|pose| track.taken.is_none_or(|taken| pose.tick > taken)) {
+        for (track, (_, pose)) in self.tracks.iter_mut().zip(heard) {
+            let counts = pose.has(SharedPose::FLAG_SPOKEN) && (time != Time::Ticks || pose.tick < tick);
+            if counts && track.taken.is_none_or(|taken| pose.tick > taken) {
                 track.taken = Some(pose.tick);
                 if radio.drop <= 0.0 || self.losses.unit() >= radio.drop {
                     let mut pose = *pose;
@@ -127,7 +124,7 @@ impl Receiver {
     }
 
     /// Makes the tracks those of `heard`, keeping what is known of those who stay. Both are sorted by slot.
-    fn follow(&mut self, heard: &[(NeighborRef, PosePair)]) {
+    fn follow(&mut self, heard: &[(NeighborRef, SharedPose)]) {
         let same = self.tracks.len() == heard.len()
             && self.tracks.iter().zip(heard).all(|(track, (who, _))| track.who == *who);
         if same {
@@ -151,11 +148,13 @@ impl Receiver {
 mod tests {
     use super::*;
     use model::RobotIndex;
+    use protocol::robot_to_robot::PosePair;
 
     fn pose(tick: u64, x_m: f64) -> SharedPose {
         SharedPose { tick, x_m, flags: SharedPose::FLAG_SPOKEN, ..SharedPose::default() }
     }
 
+    /// What the board of a robot holds that has spoken at this tick and at the one before.
     fn pair_at(tick: u64) -> PosePair {
         let mut pair = PosePair::default();
         for t in tick.saturating_sub(1)..=tick {
@@ -172,7 +171,8 @@ mod tests {
         ticks
             .map(|tick| {
                 let spoken = if ahead { tick } else { tick - 1 };
-                receiver.receive(tick, Time::Ticks, &[(ONE, pair_at(spoken))]);
+                let counts = *pair_at(spoken).before(tick).expect("of two poses one is of an earlier tick");
+                receiver.receive(tick, Time::Ticks, &[(ONE, counts)]);
                 receiver.in_use().next().map(|(_, pose)| tick - pose.tick)
             })
             .collect()
@@ -187,9 +187,7 @@ mod tests {
     #[test]
     fn a_pose_of_this_tick_is_not_heard_yet() {
         let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 }, vec![]);
-        let mut pair = PosePair::default();
-        pair.push(pose(4, 0.0));
-        receiver.receive(4, Time::Ticks, &[(ONE, pair)]);
+        receiver.receive(4, Time::Ticks, &[(ONE, pose(4, 0.0))]);
         assert_eq!(receiver.in_use().count(), 0);
     }
 
@@ -215,12 +213,12 @@ mod tests {
     fn whoever_goes_out_of_range_is_forgotten_and_a_new_life_starts_afresh() {
         let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 }, vec![]);
         let two = NeighborRef { index: 2, incarnation: 0 };
-        receiver.receive(5, Time::Ticks, &[(ONE, pair_at(5)), (two, pair_at(5))]);
+        receiver.receive(5, Time::Ticks, &[(ONE, pose(4, 0.0)), (two, pose(4, 0.0))]);
         assert_eq!(receiver.in_use().count(), 2);
-        receiver.receive(6, Time::Ticks, &[(two, pair_at(6))]);
+        receiver.receive(6, Time::Ticks, &[(two, pose(5, 0.0))]);
         assert_eq!(receiver.in_use().map(|(who, _)| who.index).collect::<Vec<_>>(), [2]);
         let again = NeighborRef { index: 2, incarnation: 1 };
-        receiver.receive(7, Time::Ticks, &[(again, PosePair::default())]);
+        receiver.receive(7, Time::Ticks, &[(again, SharedPose::default())]);
         assert_eq!(receiver.in_use().count(), 0);
     }
 }

@@ -13,7 +13,7 @@ use model::{Metric, Mode, RobotIndex, RobotInstance};
 use planners::{Plan, PlanInput, Planner};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_robot::AgentSpec;
-use protocol::robot_to_robot::PosePair;
+use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -94,6 +94,9 @@ pub enum ShellError {
     Agent(#[from] AgentError),
 }
 
+/// What may change the pose and the command of a step before they are published.
+pub type Adjust<'a> = dyn FnMut(&mut SharedPose, &mut AgentOutputs) + 'a;
+
 /// What makes an agent's planner.
 pub type Build<'a> = dyn FnMut(&AgentSpec) -> Result<Box<dyn Planner>, AgentError> + 'a;
 
@@ -102,7 +105,7 @@ pub type Build<'a> = dyn FnMut(&AgentSpec) -> Result<Box<dyn Planner>, AgentErro
 /// # Errors
 /// See [`ShellError`].
 pub fn main(args: &Args) -> Result<(), ShellError> {
-    run(args, &mut planner_of, &mut |_| {})
+    run(args, &mut planner_of, &mut |_, _| {})
 }
 
 /// Runs an agent until its robot leaves or the run ends. `build` makes the planner; `adjust` may change what the
@@ -110,7 +113,7 @@ pub fn main(args: &Args) -> Result<(), ShellError> {
 ///
 /// # Errors
 /// See [`ShellError`].
-pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut dyn FnMut(&mut AgentOutputs)) -> Result<(), ShellError> {
+pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut Adjust<'_>) -> Result<(), ShellError> {
     bus::process::leave_ending_to_daemon();
     bus::process::die_with_ancestor(args.parent)?;
     let address = Address::at(&args.root)?;
@@ -153,7 +156,7 @@ fn lockstep(
     mut agent: Agent,
     ports: &mut Ports,
     stopwatch: &Stopwatch,
-    adjust: &mut dyn FnMut(&mut AgentOutputs),
+    adjust: &mut Adjust<'_>,
 ) -> Result<(), ShellError> {
     let instance = agent.spec().instance;
     let mut last = None;
@@ -193,7 +196,7 @@ fn realtime(
     mut agent: Agent,
     ports: &mut Ports,
     stopwatch: &Stopwatch,
-    adjust: &mut dyn FnMut(&mut AgentOutputs),
+    adjust: &mut Adjust<'_>,
 ) -> Result<(), ShellError> {
     let (instance, robots) = (agent.spec().instance, u64::from(agent.spec().max_robots));
     let odometry_age_ns_max = (agent.spec().command_timeout_s * 1e9) as u64;
@@ -284,21 +287,22 @@ fn step(
     odometry: &Odometry,
     time: Time,
     stopwatch: &Stopwatch,
-    adjust: &mut dyn FnMut(&mut AgentOutputs),
+    adjust: &mut Adjust<'_>,
 ) -> Result<(), ShellError> {
     ports.listen(match time {
         Time::Ticks => Some(odometry.tick),
         Time::Stamps { .. } => None,
     })?;
     ports.look();
-    let mut outputs = agent.step(&AgentInputs { odometry, heard: &ports.heard, pieces: &ports.pieces, time });
-    adjust(&mut outputs);
-
-    // The planner's stopwatch has just looked at the clock.
-    let stamp_ns = stopwatch.done_ns.load(Relaxed);
-    outputs.pose.stamp_ns = stamp_ns;
-    ports.robot.pose(outputs.pose);
-    ports.robot.command(outputs.command(odometry, stamp_ns));
+    let inputs = AgentInputs { odometry, heard: &ports.heard, pieces: &ports.pieces, time };
+    let (outputs, stamp_ns) = ports.robot.pose(|pose| {
+        let mut outputs = agent.step(&inputs, pose);
+        adjust(pose, &mut outputs);
+        // The planner's stopwatch has just looked at the clock.
+        pose.stamp_ns = stopwatch.done_ns.load(Relaxed);
+        (outputs, pose.stamp_ns)
+    });
+    ports.robot.command(|command| outputs.command(odometry, stamp_ns, command));
     ports.gate.note_heard(agent.spec().instance, ports.heard.len());
     Ok(())
 }
@@ -322,8 +326,8 @@ struct Ports {
     in_range: Vec<NeighborRef>,
     /// Open boards, sorted by slot; more than those in range.
     boards: Vec<(NeighborRef, RobotReader)>,
-    /// What the boards in range hold at this tick.
-    heard: Vec<(NeighborRef, PosePair)>,
+    /// The pose of each robot in range that counts at this tick.
+    heard: Vec<(NeighborRef, SharedPose)>,
     /// Indices of what is in sight, and the pieces themselves.
     in_sight: Vec<u16>,
     pieces: Vec<Piece>,
@@ -371,21 +375,18 @@ impl Ports {
             };
             let Some(index) = known else { continue };
             let board = &mut self.boards[index].1;
-            let poses = match before {
+            let pose = match before {
                 Some(tick) => board.pose_before(tick),
                 None => board.pose(),
             };
-            self.heard.push((who, poses));
+            self.heard.push((who, pose));
         }
         Ok(())
     }
 
     /// Takes over who is in range, if the world has written it anew.
     fn follow_list(&mut self) {
-        if let Some(listed) = self.world.neighbors() {
-            self.in_range.clear();
-            self.in_range.extend_from_slice(listed);
-        }
+        self.world.neighbors(&mut self.in_range);
     }
 
     /// Opens boards of robots in range that are not open yet, until this much time has gone by, but at least one.
@@ -445,10 +446,7 @@ impl Ports {
 
     /// Reads where the pieces in sight are.
     fn look(&mut self) {
-        if let Some(listed) = self.world.sensed() {
-            self.in_sight.clear();
-            self.in_sight.extend_from_slice(listed);
-        }
+        self.world.sensed(&mut self.in_sight);
         self.pieces.clear();
         for index in &self.in_sight {
             self.pieces.push(self.world.piece(*index));

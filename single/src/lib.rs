@@ -5,7 +5,7 @@
 
 use model::{Outcome, RobotInstance, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
-use protocol::robot_to_robot::PosePair;
+use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::{NeighborRef, Piece};
 use robot_agent::agent::AgentError;
@@ -44,7 +44,7 @@ pub fn run_shown(
 ) -> Result<Outcome, AgentError> {
     let mut world = World::new(scenario);
     let mut cells: Vec<Option<Cell>> = scenario.robots.iter().map(|_| None).collect();
-    let mut heard: Vec<(NeighborRef, PosePair)> = Vec::new();
+    let mut heard: Vec<(NeighborRef, SharedPose)> = Vec::new();
     let mut pieces: Vec<Piece> = Vec::new();
     let mut answers: Vec<(RobotInstance, AgentOutputs)> = Vec::new();
 
@@ -58,17 +58,15 @@ pub fn run_shown(
         for &instance in world.participants() {
             let slot = instance.index.at();
             heard.clear();
-            heard.extend(world.neighbors(slot).iter().filter_map(|who| Some((*who, board_of(&cells, *who)?))));
+            let tick = world.tick();
+            heard.extend(world.neighbors(slot).iter().filter_map(|who| Some((*who, pose_of(&cells, *who, tick)?))));
             pieces.clear();
             pieces.extend(world.sensed(slot).iter().map(|index| world.piece(usize::from(*index))));
             let cell = cells[slot].as_mut().expect("every participant has entered");
-            let outputs = cell.agent.step(&AgentInputs {
-                odometry: &world.odometry(slot),
-                heard: &heard,
-                pieces: &pieces,
-                time: Time::Ticks,
-            });
-            cell.board.push(outputs.pose);
+            let (odometry, mut pose) = (world.odometry(slot), SharedPose::default());
+            let inputs = AgentInputs { odometry: &odometry, heard: &heard, pieces: &pieces, time: Time::Ticks };
+            let outputs = cell.agent.step(&inputs, &mut pose);
+            cell.board.push(pose);
             answers.push((instance, outputs));
         }
         for (instance, outputs) in &answers {
@@ -97,7 +95,8 @@ fn enter(cells: &mut [Option<Cell>], scenario: &Scenario, instance: RobotInstanc
     Ok(())
 }
 
-fn board_of(cells: &[Option<Cell>], who: NeighborRef) -> Option<PosePair> {
+/// The pose of a robot that counts at this tick, if its board has one.
+fn pose_of(cells: &[Option<Cell>], who: NeighborRef, tick: u64) -> Option<SharedPose> {
     let cell = cells.get(who.index as usize)?.as_ref()?;
-    (cell.instance.incarnation == who.incarnation).then_some(cell.board)
+    (cell.instance.incarnation == who.incarnation).then(|| cell.board.before(tick).copied().unwrap_or_default())
 }

@@ -5,7 +5,7 @@ use crate::shared::{Board, Shared};
 use daemon::coordinator::Ending;
 use model::{Mode, RobotIndex, RobotInstance};
 use protocol::daemon_to_robot::AgentSpec;
-use protocol::robot_to_robot::PosePair;
+use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use robot_agent::{Agent, AgentInputs, AgentOutputs, Duty, Time, duty};
 
@@ -60,8 +60,8 @@ pub(crate) struct AgentProcess {
     last: Option<u64>,
     /// `realtime`: when its period begins, ns.
     due_ns: u64,
-    saying: Option<(Saying, AgentOutputs, Odometry)>,
-    heard: Vec<(NeighborRef, PosePair)>,
+    saying: Option<(Saying, SharedPose, AgentOutputs, Odometry)>,
+    heard: Vec<(NeighborRef, SharedPose)>,
     pieces: Vec<Piece>,
 }
 
@@ -168,10 +168,12 @@ impl AgentProcess {
 
     fn plan(&mut self, shared: &mut Shared, odometry: Odometry) -> Next {
         let (memory, slot) = (&shared.memory, self.instance.index.at());
+        let before = if self.mode == Mode::Realtime { u64::MAX } else { odometry.tick };
         self.heard.clear();
         self.heard.extend(memory.neighbors[slot].iter().filter_map(|who| {
             let instance = RobotInstance::from(*who);
-            Some((*who, memory.boards.get(&instance)?.poses))
+            let poses = memory.boards.get(&instance)?.poses;
+            Some((*who, poses.before(before).copied().unwrap_or_default()))
         }));
         if let (Fate::Deaf, false, Some((who, _))) = (self.fate, shared.calm, self.heard.first()) {
             return ends(3, Some(RobotIndex(who.index)));
@@ -183,22 +185,24 @@ impl AgentProcess {
             _ => Time::Ticks,
         };
         let inputs = AgentInputs { odometry: &odometry, heard: &self.heard, pieces: &self.pieces, time };
-        self.saying = Some((Saying::Pose, self.agent.step(&inputs), odometry));
+        let mut pose = SharedPose::default();
+        let outputs = self.agent.step(&inputs, &mut pose);
+        self.saying = Some((Saying::Pose, pose, outputs, odometry));
         self.say(shared)
     }
 
     fn say(&mut self, shared: &mut Shared) -> Next {
-        while let Some((saying, outputs, odometry)) = &mut self.saying {
+        while let Some((saying, pose, outputs, odometry)) = &mut self.saying {
             let board = shared.memory.boards.get_mut(&self.instance).expect("its process made it");
             let slot = &mut shared.memory.slots[self.instance.index.at()];
             match saying {
                 Saying::Pose => {
-                    outputs.pose.stamp_ns = shared.now;
-                    board.poses.push(outputs.pose);
+                    pose.stamp_ns = shared.now;
+                    board.poses.push(*pose);
                     *saying = Saying::Command;
                 }
                 Saying::Command => {
-                    board.command = outputs.command(odometry, shared.now);
+                    outputs.command(odometry, shared.now, &mut board.command);
                     *saying = Saying::Answer;
                 }
                 Saying::Answer => {

@@ -17,7 +17,6 @@ use protocol::daemon_to_world::Absence;
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::WorldEnd;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
-use protocol::world_to_robot::Odometry;
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
@@ -138,7 +137,7 @@ impl Shell {
             node,
         };
         for index in 0..sizes.shape_pieces {
-            shell.board.piece(index, shell.world.piece(index as usize));
+            shell.board.piece(index, |piece| shell.world.tell_piece(index as usize, piece));
         }
         Ok(shell)
     }
@@ -225,7 +224,7 @@ impl Shell {
         let (world, board) = (&self.world, &mut self.board);
         let opening = world.opening();
         for index in opening.pieces {
-            board.piece(*index as u32, world.piece(*index));
+            board.piece(*index as u32, |piece| world.tell_piece(*index, piece));
         }
         for slot in opening.neighbors {
             board.neighbors(RobotIndex::of(*slot), world.neighbors(*slot));
@@ -234,7 +233,10 @@ impl Shell {
             board.sensed(RobotIndex::of(*slot), world.sensed(*slot));
         }
         for slot in opening.odometry {
-            board.odometry(RobotIndex::of(*slot), Odometry { stamp_ns, ..world.odometry(*slot) });
+            board.odometry(RobotIndex::of(*slot), |odometry| {
+                world.tell_odometry(*slot, odometry);
+                odometry.stamp_ns = stamp_ns;
+            });
         }
         for index in 0..self.world.participants().len() {
             let instance = self.world.participants()[index];

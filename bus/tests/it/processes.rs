@@ -60,12 +60,8 @@ fn role_agent() {
                 stats.add(Counter::Periods, 1);
                 let odometry = world.odometry();
                 assert_eq!(odometry.tick, tick);
-                robot.command(Command {
-                    tick,
-                    incarnation: instance.incarnation,
-                    first: odometry.x_m,
-                    ..Command::default()
-                });
+                let (incarnation, first) = (instance.incarnation, odometry.x_m);
+                robot.command(|command| *command = Command { tick, incarnation, first, ..Command::default() });
                 gate.answer(instance, tick);
             }
             TickWait::Stopped => return,
@@ -91,7 +87,8 @@ fn a_fleet_of_processes_survives_a_kill() {
 
     for tick in 0..TICKS {
         for slot in 0..4 {
-            world.odometry(RobotIndex(slot), Odometry { tick, x_m: tick as f64 * 0.5, ..Odometry::default() });
+            let new = Odometry { tick, x_m: tick as f64 * 0.5, ..Odometry::default() };
+            world.odometry(RobotIndex(slot), |odometry| *odometry = new);
         }
         if tick == KILL_AT {
             agents[0].kill();

@@ -5,11 +5,11 @@ use model::{Drive, RobotIndex, RobotInstance, Scenario, Wheels};
 use nalgebra::{Point2, Vector2};
 use planners::{Neighbor, Plan, PlanInput, Planner};
 use protocol::daemon_to_robot::AgentSpec;
-use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_robot::SharedPose;
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 use scenarios::Overrides;
-use shoal_robot_agent::{Agent, AgentInputs, AgentOutputs, Time};
+use shoal_robot_agent::{Agent, AgentInputs, Time};
 use std::sync::{Arc, Mutex};
 
 /// Two robots side by side, an arm, and a robot on wheels.
@@ -77,7 +77,13 @@ struct Robot {
     agent: Agent,
     plans: Arc<Mutex<Vec<Plan>>>,
     seen: Arc<Mutex<Vec<Seen>>>,
-    board: PosePair,
+    board: SharedPose,
+}
+
+/// What an agent said and did in a tick.
+struct Said {
+    pose: SharedPose,
+    drive: Drive,
 }
 
 impl Robot {
@@ -89,26 +95,23 @@ impl Robot {
             &scenario.robots[slot],
             RobotInstance { index: RobotIndex::of(slot), incarnation: 0 },
         );
-        Robot { agent: Agent::with_planner(spec, Box::new(planner)), plans, seen, board: PosePair::default() }
+        Robot { agent: Agent::with_planner(spec, Box::new(planner)), plans, seen, board: SharedPose::default() }
     }
 
     /// A tick in which its method answers `plan`.
-    fn step(&mut self, odometry: &Odometry, heard: &[(NeighborRef, PosePair)], plan: Plan) -> AgentOutputs {
+    fn step(&mut self, odometry: &Odometry, heard: &[(NeighborRef, SharedPose)], plan: Plan) -> Said {
         self.plans.lock().unwrap().push(plan);
         self.look(odometry, heard, &[], Time::Ticks)
     }
 
     /// A tick in which it also sees something.
-    fn look(
-        &mut self,
-        odometry: &Odometry,
-        heard: &[(NeighborRef, PosePair)],
-        pieces: &[Piece],
-        time: Time,
-    ) -> AgentOutputs {
-        let outputs = self.agent.step(&AgentInputs { odometry, heard, pieces, time });
-        self.board.push(outputs.pose);
-        outputs
+    fn look(&mut self, odometry: &Odometry, heard: &[(NeighborRef, SharedPose)], pieces: &[Piece], time: Time) -> Said {
+        // Where a pose is made there is an older one.
+        let mut pose = SharedPose { x_m: f64::NAN, stamp_ns: 1, flags: u32::MAX, reserved: 1, ..SharedPose::default() };
+        let outputs = self.agent.step(&AgentInputs { odometry, heard, pieces, time }, &mut pose);
+        assert_eq!((pose.stamp_ns, pose.reserved), (0, 0));
+        self.board = pose;
+        Said { pose, drive: outputs.drive }
     }
 
     fn last(&self) -> Seen {
@@ -172,10 +175,8 @@ fn who_is_heard_late_is_where_it_is_seen() {
     let pieces = [piece(3.0, 0, 0), piece(7.0, 3, 2), piece(8.0, 6, 5), piece(9.0, 7, 6)];
     let who = NeighborRef { index: 1, incarnation: 0 };
     let said = |tick, x_m, stamp_ns| {
-        let mut pair = PosePair::default();
         let flags = SharedPose::FLAG_SPOKEN;
-        pair.push(SharedPose { tick, x_m, yaw_rad: 2.0, vx_mps: 0.1, stamp_ns, flags, ..SharedPose::default() });
-        [(who, pair)]
+        [(who, SharedPose { tick, x_m, yaw_rad: 2.0, vx_mps: 0.1, stamp_ns, flags, ..SharedPose::default() })]
     };
     let unheard = [(Point2::new(3.0, 0.0), 0), (Point2::new(8.0, 0.0), 6), (Point2::new(9.0, 0.0), 7)];
     let dt_s = robot.agent.spec().clock.dt_s();
@@ -196,7 +197,7 @@ fn who_is_heard_late_is_where_it_is_seen() {
         assert!((neighbor.age_s - age_s).abs() < 1e-12, "tick {tick}: {}", neighbor.age_s);
         assert_eq!(robot.last().obstacles, unheard, "tick {tick}");
     }
-    robot.look(&odometry(7, 0), &[(who, PosePair::default())], &pieces, Time::Ticks);
+    robot.look(&odometry(7, 0), &[(who, SharedPose::default())], &pieces, Time::Ticks);
     assert_eq!(robot.last().neighbors.len(), 1, "what it said once counts until it is out of range");
     robot.look(&odometry(8, 0), &[], &pieces, Time::Ticks);
     assert_eq!((robot.last().neighbors.len(), robot.last().obstacles.len()), (0, 4));
@@ -261,7 +262,9 @@ fn commands_hold_every_drive() {
     let twist = Drive::Twist { speed_mps: 1.0, turn_radps: -2.0 };
     let drives = [GO, twist, Drive::Joints { rate_radps }, Drive::Wheels { rate_radps }];
     for drive in drives {
-        assert_eq!(Command::default().with_drive(drive).drive(), Some(drive));
+        let mut command = Command::default();
+        command.set_drive(drive);
+        assert_eq!(command.drive(), Some(drive));
     }
     assert_eq!(Command { form: 9, ..Command::default() }.drive(), None);
 }

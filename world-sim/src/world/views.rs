@@ -114,10 +114,17 @@ impl World {
 
     /// What the robot is told of itself. The stamp is 0: its writer knows the time.
     pub fn odometry(&self, slot: usize) -> Odometry {
+        let mut odometry = Odometry::default();
+        self.tell_odometry(slot, &mut odometry);
+        odometry
+    }
+
+    /// Makes `odometry` what the robot is told of itself, every field of it. The stamp is 0: its writer knows the time.
+    pub fn tell_odometry(&self, slot: usize, odometry: &mut Odometry) {
         let (body, referee) = (&self.bodies[slot], self.referees[slot].as_ref());
         let goal = referee.map_or(body.pose.position, Referee::goal);
         let goal_yaw_rad = referee.and_then(Referee::goal_yaw_rad);
-        Odometry {
+        *odometry = Odometry {
             tick: self.tick,
             stamp_ns: 0,
             x_m: body.pose.position.x,
@@ -134,7 +141,7 @@ impl World {
             goals_done: referee.map_or(0, |referee| referee.goals_done),
             goals_left: referee.map_or(0, Referee::goals_left),
             flags: self.flags(slot) | if goal_yaw_rad.is_some() { Odometry::FLAG_GOAL_YAW } else { 0 },
-        }
+        };
     }
 
     /// Joints of an arm, rad; zero for everybody else.
@@ -179,6 +186,13 @@ impl World {
     /// A piece where it is now: of an obstacle, or after those, by slot, the body of a robot or the two links of an arm.
     /// The velocity of an obstacle is that of its motion at this instant, that of a link that of its middle.
     pub fn piece(&self, index: usize) -> Piece {
+        let mut piece = Piece::default();
+        self.tell_piece(index, &mut piece);
+        piece
+    }
+
+    /// Makes `told` the piece where it is now, every field of it.
+    pub fn tell_piece(&self, index: usize, told: &mut Piece) {
         let (capsule, velocity, obstacle, robot) = match index.checked_sub(self.shapes.len()) {
             None => {
                 let owner = self.shapes.owner(index);
@@ -194,7 +208,7 @@ impl World {
                 (shape, velocity, self.shapes.obstacles.len() + slot, robot)
             }
         };
-        Piece {
+        *told = Piece {
             ax_m: capsule.a.x,
             ay_m: capsule.a.y,
             bx_m: capsule.b.x,
@@ -204,7 +218,7 @@ impl World {
             vy_mps: velocity.y,
             obstacle: obstacle as u32,
             robot,
-        }
+        };
     }
 
     /// What comes before the bodies of a frame. The stamp is 0: its writer knows the time.

@@ -54,23 +54,27 @@ impl Transport for Boards {
     }
 
     fn publish(&mut self, pose: &Pose) -> Result<(), Failure> {
-        self.mine.pose(SharedPose {
-            tick: pose.tick,
-            stamp_ns: pose.stamp_ns,
-            x_m: pose.x_m,
-            y_m: pose.y_m,
-            yaw_rad: pose.yaw_rad,
-            vx_mps: pose.vx_mps,
-            vy_mps: pose.vy_mps,
-            flags: SharedPose::FLAG_SPOKEN,
-            ..SharedPose::default()
+        self.mine.pose(|told| {
+            *told = SharedPose {
+                tick: pose.tick,
+                stamp_ns: pose.stamp_ns,
+                x_m: pose.x_m,
+                y_m: pose.y_m,
+                yaw_rad: pose.yaw_rad,
+                vx_mps: pose.vx_mps,
+                vy_mps: pose.vy_mps,
+                flags: SharedPose::FLAG_SPOKEN,
+                ..SharedPose::default()
+            };
         });
         Ok(())
     }
 
     fn newest(&mut self, robot: usize) -> Option<Pose> {
-        let pair = self.theirs[robot].as_ref()?.pose();
-        let pose = pair.before(u64::MAX)?;
+        let pose = self.theirs[robot].as_ref()?.pose();
+        if !pose.has(SharedPose::FLAG_SPOKEN) {
+            return None;
+        }
         Some(Pose {
             robot: robot as u32,
             flags: pose.flags,
