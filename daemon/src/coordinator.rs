@@ -21,6 +21,8 @@ pub(crate) const SIGBUS: i32 = 7;
 
 /// The shell lets the coordinator look at the clock more often than this; what is beyond it, nothing ran.
 const LOOKED_WITHIN: Duration = Duration::from_secs(1);
+/// Signals that ask for the end and come within this time of one another are one request.
+const SAME_REQUEST: Duration = Duration::from_millis(200);
 
 /// A process that never gets a processor is given up after this many start limits all the same.
 const START_LIMITS_MAX: u32 = 20;
@@ -127,7 +129,8 @@ pub struct Coordinator {
     members: Vec<Member>,
     actions: Vec<Action>,
     stopping: bool,
-    interrupts: u32,
+    /// When the newest request for the end came.
+    interrupted_at: Option<Duration>,
     tasks: TaskId,
     /// What operators asked for and the world has not answered, in the order in which it was asked for.
     waiting: Vec<Waiting>,
@@ -146,6 +149,12 @@ pub struct Missed {
     pub others: u64,
 }
 
+/// Whether a signal that asks for the end now belongs to the request of one before: `timeout` and service managers signal a
+/// process and then its group, which the process is in.
+pub(crate) fn is_same_request(before: Duration, now: Duration) -> bool {
+    now.saturating_sub(before) < SAME_REQUEST
+}
+
 impl Coordinator {
     /// A fleet of which nothing runs yet.
     pub fn new(scenario: Scenario) -> Coordinator {
@@ -155,7 +164,7 @@ impl Coordinator {
             members,
             actions: Vec::new(),
             stopping: false,
-            interrupts: 0,
+            interrupted_at: None,
             tasks: TaskId(0),
             waiting: Vec::new(),
             looked_at: None,
@@ -200,7 +209,7 @@ impl Coordinator {
 
     /// Whether somebody asked the run to end before its time.
     pub fn interrupted(&self) -> bool {
-        self.interrupts > 0
+        self.interrupted_at.is_some()
     }
 
     /// The name of the robot in a slot.
@@ -384,10 +393,13 @@ impl Coordinator {
         }
     }
 
-    /// Somebody wants the run to end: the first time in good order, the second time at once.
-    pub fn interrupt(&mut self) {
-        self.interrupts += 1;
-        if self.interrupts == 1 {
+    /// A signal asks for the end of the run: the first time in good order, the second time immediately. What comes right after
+    /// another one is not a second time.
+    pub fn interrupt(&mut self, now: Duration) {
+        if self.interrupted_at.is_some_and(|before| is_same_request(before, now)) {
+            return;
+        }
+        if self.interrupted_at.replace(now).is_none() {
             self.actions.push(Action::Say("stopping (press Ctrl-C again to stop immediately)".to_owned()));
             self.actions.push(Action::Order(Order::Stop));
         } else {

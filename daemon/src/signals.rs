@@ -1,6 +1,8 @@
 //! Signals as something to look at: what arrived since the last look, and a file descriptor to sleep on.
 
+use crate::coordinator::is_same_request;
 use crate::error::{Error, Kind};
+use bus::clock;
 use libc::{SIG_DFL, SIG_IGN, sigaction, sigset_t};
 use signal_hook::consts::{SIGCHLD, SIGHUP, SIGINT, SIGTERM};
 use std::ffi::c_int;
@@ -8,7 +10,8 @@ use std::io;
 use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicI32, Ordering::SeqCst};
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, Ordering::SeqCst};
+use std::time::Duration;
 
 /// The signals that ask for the end.
 pub const ENDINGS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
@@ -17,6 +20,9 @@ pub const ENDINGS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 static MINDED: AtomicBool = AtomicBool::new(false);
 /// A fleet of this process has been asked to end: [`Interrupted`] knows of that while the fleet still runs.
 static ASKED: AtomicBool = AtomicBool::new(false);
+
+/// In place of the time of the first signal: none has come.
+const NEVER: u64 = 0;
 
 /// Those that were not ignored when this process was started. One that was (SIGHUP under `nohup`, SIGINT of a shell's
 /// background job) is not for us: it stays ignored.
@@ -169,8 +175,9 @@ impl AsFd for Signals {
     }
 }
 
-/// For work in this process alone: the first signal that asks for the end is noticed, the second ends the process.
-pub struct Interrupted(Arc<AtomicBool>);
+/// For work in this process alone: the first signal that asks for the end is noticed, the second ends the process, unless
+/// it comes right after the first.
+pub struct Interrupted(Arc<AtomicU64>);
 
 impl Interrupted {
     /// From here on. The second signal ends the process with `code`.
@@ -178,22 +185,30 @@ impl Interrupted {
     /// # Errors
     /// When a handler cannot be installed.
     pub fn watch(code: i32) -> Result<Interrupted, Error> {
-        let flag = Arc::new(AtomicBool::new(false));
+        let first_ns = Arc::new(AtomicU64::new(NEVER));
         held_back(|| {
             minded().into_iter().try_for_each(|signal| {
-                // The order matters: the second signal finds the flag set by the first, and ends the process.
-                signal_hook::flag::register_conditional_shutdown(signal, code, Arc::clone(&flag))
-                    .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&flag)))
-                    .map(drop)
+                let first_ns = Arc::clone(&first_ns);
+                let action = move || {
+                    let now_ns = clock::now_ns();
+                    // The first signal leaves its time; a later one finds it.
+                    if let Err(first_ns) = first_ns.compare_exchange(NEVER, now_ns, SeqCst, SeqCst)
+                        && !is_same_request(Duration::from_nanos(first_ns), Duration::from_nanos(now_ns))
+                    {
+                        signal_hook::low_level::exit(code);
+                    }
+                };
+                // SAFETY: an atomic, a look at the clock and `_exit` may be done in a handler.
+                unsafe { signal_hook::low_level::register(signal, action) }.map(drop)
             })
         })
         .map_err(|error| Error::new(Kind::Process, format!("signals: cannot install handlers: {error}")))?;
-        Ok(Interrupted(flag))
+        Ok(Interrupted(first_ns))
     }
 
     /// Whether the end has been asked for, by a signal to this process or to a fleet that it runs.
     pub fn yes(&self) -> bool {
-        self.0.load(SeqCst) || ASKED.load(SeqCst)
+        self.0.load(SeqCst) != NEVER || ASKED.load(SeqCst)
     }
 }
 
@@ -230,7 +245,7 @@ mod tests {
         assert!(!interrupted.yes());
         // To this thread alone.
         signal_hook::low_level::raise(SIGTERM).unwrap();
-        assert!(!interrupted.0.load(SeqCst), "it is held back");
+        assert_eq!(interrupted.0.load(SeqCst), NEVER, "it is held back");
         assert_eq!(fleet.take_interrupts(), 1);
         assert!(interrupted.yes());
         assert_eq!(fleet.take_interrupts(), 0);

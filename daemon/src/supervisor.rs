@@ -209,7 +209,7 @@ impl Supervisor {
                 let _ = poll(&mut sources, Some(&HEARTBEAT));
             }
             for _ in 0..self.signals.take_interrupts() {
-                self.coordinator.interrupt();
+                self.coordinator.interrupt(now());
             }
             self.reap();
             self.look();

@@ -78,7 +78,7 @@ impl Daemon {
         let passed_ns = shared.now - std::mem::replace(&mut self.turned_at, shared.now);
         shared.daemon_awake_ns += if passed_ns > AWAY_NS { 0 } else { passed_ns };
         for _ in 0..std::mem::take(&mut self.interrupts) {
-            self.coordinator.interrupt();
+            self.coordinator.interrupt(Duration::from_nanos(shared.now));
         }
         self.reap(kernel, shared);
         self.hear(shared);

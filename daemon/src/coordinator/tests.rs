@@ -298,9 +298,14 @@ fn waiting_for_a_processor_is_not_the_time_of_the_one_that_waits() {
 #[test]
 fn the_second_interrupt_ends_everything_at_once() {
     let mut coordinator = running(&[]);
-    coordinator.interrupt();
+    let at = |ms: u64| Duration::from_millis(5000 + ms);
+    coordinator.interrupt(at(0));
     assert!(coordinator.take_actions().contains(&Action::Order(Order::Stop)));
-    coordinator.interrupt();
+    for ms in [0, 1, 199] {
+        coordinator.interrupt(at(ms));
+        assert_eq!(coordinator.take_actions(), [], "{ms} ms later: it was the same request");
+    }
+    coordinator.interrupt(at(200));
     assert_eq!(coordinator.take_actions(), [Action::KillFleet]);
 }
 
