@@ -40,6 +40,7 @@
 //! |          | `rounds_max`       |       | 20000       | (offline) gives up later                                  |
 //! |          | `fallbacks`        |       | 2           | (offline) tries smaller K_v, down to K_v/6 and K_v/60     |
 //! |          | `rounds_per_tick`  |       | 50          | (offline) thinks for fewer, longer ticks                  |
+//! |          | `replan_moving`    |       | false       | (offline) plans round what moves, again and again         |
 //! |          | `lookahead_m`      | m     | 0.3         | (offline) a unicycle cuts corners more                    |
 //! |          | `lifetime_s`       | s     | 5           | (online) virtual obstacles made by what moves stay longer |
 //!

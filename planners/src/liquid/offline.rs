@@ -1,12 +1,13 @@
 //! The method `liquid`: thinks on what it knows, in slices, then follows the path.
 //!
 //! While it thinks, it stands still. It thinks anew when its goal moves by more than a step, when something unknown
-//! stands in the way of the rest of the path, and when it was pushed off the path. A search that fails is kept for a
+//! stands in the way of the rest of the path, and when it was pushed off the path. With `replan_moving` what moves is
+//! planned round where it is, and planned anew whenever it has moved by half a step. A search that fails is kept for a
 //! look; the robot stays where it is until its goal or its knowledge changes.
 
 use super::common::Common;
 use super::field::{Field, Law};
-use super::known::Known;
+use super::known::{Known, News};
 use super::layer::{Layer, speed_near, stay, towards};
 use super::search::{Budget, Progress, Search};
 use crate::method::{Identity, Method, Symmetry, any_speed};
@@ -48,6 +49,9 @@ crate::params! {
         /// Rounds of thinking in a tick, each of A_nsd + 1 evaluations. Larger: thinks for fewer, longer ticks. Among
         /// more than 47 known pieces there are fewer (with 16 directions): their number times that of pieces is bounded.
         rounds_per_tick: u32 = 50, "", 1..=100_000;
+        /// Plan round what moves, and again whenever it has moved by half a step, as the paper asks for; without it, what
+        /// moves is only evaded. The robot stands while it thinks: raise rounds_per_tick until a plan fits into a tick.
+        replan_moving: bool = false, "";
         /// How far ahead a unicycle looks along its path. Larger: cuts corners more.
         lookahead_m: f64 = 0.3, "m", 0.0..=100.0;
     }
@@ -101,7 +105,8 @@ impl Liquid {
             rounds_max: params.rounds_max as usize,
             fallbacks: params.fallbacks as usize,
         });
-        Liquid { params, law, layer, known: Known::default(), search, begun: false, at: 0 }
+        let known = Known::new(params.replan_moving);
+        Liquid { params, law, layer, known, search, begun: false, at: 0 }
     }
 
     /// What it thinks, or has thought.
@@ -119,17 +124,20 @@ impl Liquid {
         &self.law
     }
 
-    fn must_think_anew(&self, input: &PlanInput<'_>, news: bool) -> bool {
+    fn must_think_anew(&self, input: &PlanInput<'_>, news: News) -> bool {
         let path = self.search.path();
         if !self.begun || (input.goal - self.search.goal()).norm() > self.law.step_m {
             return true;
         }
         match self.search.progress() {
-            Progress::Thinking | Progress::Failed => news,
+            // Among things that never rest, a search that began anew with each of their moves would never end.
+            Progress::Thinking => news.standing,
+            Progress::Failed => news.standing || news.moving,
             Progress::Found => {
                 let stray_m = STRAY_STEPS * self.law.step_m;
                 let at = self.nearest(input.position);
-                (input.position - path[at]).norm() > stray_m || (news && !self.is_free(at, input))
+                let concerns = || self.params.replan_moving || !self.is_free(at, input);
+                (input.position - path[at]).norm() > stray_m || news.moving || (news.standing && concerns())
             }
         }
     }

@@ -169,7 +169,7 @@ fn what_is_known_of_the_world_does_not_pile_up() {
         scene.obstacles = vec![Obstacle { velocity, ..disc(2, [moved.x, 3.0], 0.3) }, edge(0), edge(1), edge(2)];
         scene.neighbors = vec![robot(1, [moved.x, 9.0])];
         scene.neighbors[0].arrived = true;
-        assert!(known.notice(&scene.input(0, DT_S), true, 0.05), "step {step}");
+        assert!(known.notice(&scene.input(0, DT_S), true, 0.05).standing, "step {step}");
         let ids: Vec<u32> = known.obstacles().iter().map(|known| known.id).collect();
         assert_eq!(ids, [2, 7, 7, 7, u32::MAX - 1], "step {step}");
         assert!(known.obstacles()[1..4].iter().all(|edge| edge.shape.a.x >= moved.x + 1.0), "step {step}");
@@ -224,6 +224,58 @@ fn it_thinks_anew_when_its_goal_or_its_way_changes() {
     assert!((last.last().expect("has a start") - scene.goal).norm() < 0.1 + 1e-9);
 }
 
+/// A robot that plans round what moves, and again with every half step of it.
+#[test]
+fn it_plans_again_when_something_moves_if_it_is_asked_to() {
+    let params = offline::Params { replan_moving: true, rounds_per_tick: 1000, ..offline::Params::default() };
+    let mut liquid = Liquid::new(params, IDENTITY);
+    let mut scene = Scene::new([0.0, 0.0], [4.0, 0.0]);
+    let mut after = |scene: &Scene| {
+        liquid.plan(&scene.input(0, DT_S));
+        assert_eq!(liquid.search().progress(), Progress::Found);
+        liquid.search().path().to_vec()
+    };
+    let clear = |path: &[Point2<f64>], scene: &Scene| {
+        let shape = scene.obstacles[0].shape;
+        path.iter().map(|point| shape.distance(*point)).fold(f64::INFINITY, f64::min) - scene.radius_m
+    };
+    let straight = after(&scene);
+    scene.obstacles = vec![Obstacle { velocity: Vector2::y(), ..disc(5, [2.0, 0.0], 0.3) }];
+    let around = after(&scene);
+    assert!(clear(&straight, &scene) < 0.0 && clear(&around, &scene) > 0.0);
+    // By less than half a step is no reason.
+    let moved_to = |y: f64| Obstacle { velocity: Vector2::y(), ..disc(5, [2.0, y], 0.3) };
+    scene.obstacles[0] = moved_to(0.04);
+    assert_eq!(after(&scene), around);
+    scene.obstacles[0] = moved_to(-0.3);
+    let again = after(&scene);
+    assert!(again != around && clear(&again, &scene) > 0.0);
+    // Out of sight it is forgotten; at rest it is not.
+    scene.obstacles.clear();
+    assert_eq!(after(&scene), straight);
+    scene.obstacles = vec![moved_to(0.0)];
+    assert_eq!(after(&scene), around);
+    scene.obstacles[0].velocity = Vector2::zeros();
+    assert_eq!(after(&scene), around);
+    scene.obstacles.clear();
+    assert_eq!(after(&scene), around);
+}
+
+/// A search goes on while things move: one that began anew with each move would never end.
+#[test]
+fn what_never_rests_does_not_keep_it_thinking() {
+    let params = offline::Params { replan_moving: true, rounds_per_tick: 3, ..offline::Params::default() };
+    let mut liquid = Liquid::new(params, IDENTITY);
+    let mut scene = Scene::new([0.0, 0.0], [4.0, 0.0]);
+    let found = (0..100).find(|tick| {
+        let y = 2.0 + 0.1 * (*tick % 2) as f64;
+        scene.obstacles = vec![Obstacle { velocity: Vector2::y(), ..disc(5, [2.0, y], 0.3) }];
+        liquid.plan(&scene.input(*tick, DT_S));
+        liquid.search().progress() == Progress::Found
+    });
+    assert!(found.is_some_and(|tick| tick > 5), "{found:?}");
+}
+
 #[test]
 fn without_a_way_it_stays_until_something_changes() {
     let params = offline::Params { virtual_max: 5, rounds_per_tick: 1000, ..offline::Params::default() };
@@ -250,7 +302,8 @@ fn what_is_known() {
     let ids = |known: &Known| known.obstacles().iter().map(|obstacle| obstacle.id).collect::<Vec<_>>();
     let mut notice = |scene: &Scene| {
         let news = known.notice(&scene.input(0, DT_S), true, 0.05);
-        (news, ids(&known))
+        assert!(!news.moving);
+        (news.standing, ids(&known))
     };
     // A triangle of which two edges are in sight, then the third; the map is what is in sight at first.
     let corners = [[1.0, -1.0], [2.0, -1.0], [1.5, -2.0]];
