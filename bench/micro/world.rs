@@ -2,7 +2,7 @@
 //! ranges), and how they move and touch (`close`: kinematics, swept contacts, the referee).
 
 use divan::Bencher;
-use model::Drive;
+use model::{Drive, Physics};
 use nalgebra::Vector2;
 use scenarios::Draft;
 use std::cell::RefCell;
@@ -15,7 +15,7 @@ const SPACING_M: f64 = 2.0;
 const RADIO_M: f64 = 2.1 * SPACING_M;
 const TICK_HZ: f64 = 50.0;
 
-fn lattice(bodies: usize) -> World {
+fn lattice(bodies: usize, physics: Physics) -> World {
     // In the middle, where the bodies are that have others all around, and out of their way.
     let obstacle = |index: i32| {
         let center_m = [index % 4, index / 4].map(|place| f64::from(place - 2) * SPACING_M + 0.5);
@@ -24,6 +24,7 @@ fn lattice(bodies: usize) -> World {
     let scenario = Draft::new()
         .with("world.x_m", [-1e3, 1e3])
         .with("world.y_m", [-1e3, 1e3])
+        .with("world.physics", physics.word())
         .with("clock.mode", "single")
         .with("clock.tick_hz", TICK_HZ)
         .with("clock.duration_s", 1e5)
@@ -60,7 +61,17 @@ fn open(world: &mut World) -> usize {
 
 #[divan::bench(args = BODIES)]
 fn open_and_close(bencher: Bencher<'_, '_>, bodies: usize) {
-    let mut world = lattice(bodies);
+    let mut world = lattice(bodies, Physics::Kinematic);
+    bencher.bench_local(|| {
+        close(&mut world);
+        open(&mut world)
+    });
+}
+
+/// The same with bodies that have weight, in ticks of 1 ms, which is one step of the engine, and of 20 ms, which is four.
+#[divan::bench(args = [15, 64, 200])]
+fn solid(bencher: Bencher<'_, '_>, bodies: usize) {
+    let mut world = lattice(bodies, Physics::Rapier);
     bencher.bench_local(|| {
         close(&mut world);
         open(&mut world)
@@ -69,13 +80,13 @@ fn open_and_close(bencher: Bencher<'_, '_>, bodies: usize) {
 
 #[divan::bench(name = "open", args = BODIES, sample_size = 1, sample_count = 300)]
 fn open_alone(bencher: Bencher<'_, '_>, bodies: usize) {
-    let world = RefCell::new(lattice(bodies));
+    let world = RefCell::new(lattice(bodies, Physics::Kinematic));
     bencher.with_inputs(|| close(&mut world.borrow_mut())).bench_local_values(|()| open(&mut world.borrow_mut()));
 }
 
 #[divan::bench(name = "close", args = BODIES, sample_size = 1, sample_count = 300)]
 fn close_alone(bencher: Bencher<'_, '_>, bodies: usize) {
-    let world = RefCell::new(lattice(bodies));
+    let world = RefCell::new(lattice(bodies, Physics::Kinematic));
     close(&mut world.borrow_mut());
     let opened = || _ = open(&mut world.borrow_mut());
     bencher.with_inputs(opened).bench_local_values(|()| close(&mut world.borrow_mut()));

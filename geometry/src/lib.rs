@@ -7,7 +7,7 @@ pub mod shapes;
 pub mod smoothness;
 pub mod spline;
 
-pub use angle::{heading, wrap};
+pub use angle::{heading, towards, wrap};
 pub use arm::{ArmGeometry, ArmState, Elbow};
 pub use shapes::{Capsule, Polygon, segment_distance, segments_cross, swept_distance};
 pub use smoothness::Smoothness;

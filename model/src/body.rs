@@ -1,7 +1,7 @@
 //! How bodies move, and what a robot asks of its body.
 
 use crate::choice;
-use geometry::ArmState;
+use geometry::{ArmState, towards};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -227,10 +227,7 @@ impl Wheels {
     #[inline]
     pub fn towards(&self, rate_radps: [f64; 2], wanted_radps: [f64; 2], dt_s: f64) -> [f64; 2] {
         let change_max = self.accel_radps2_max * dt_s;
-        [0, 1].map(|i| {
-            let change = wanted_radps[i] - rate_radps[i];
-            if change.abs() <= change_max { wanted_radps[i] } else { rate_radps[i] + change_max.copysign(change) }
-        })
+        [0, 1].map(|side| towards(rate_radps[side], wanted_radps[side], change_max))
     }
 }
 

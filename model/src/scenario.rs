@@ -3,7 +3,7 @@
 //! These types are what the world, the agents and the daemon work with. They are plain data; what a scenario file
 //! may contain, and what is wrong with it, is the business of the other modules. Lengths m, angles rad, times s.
 
-use crate::body::{BodyKind, Dynamics, Limits, Wheels};
+use crate::body::{BodyKind, Dynamics, Limits, Physics, Wheels};
 use crate::choice;
 use crate::params::ParamValues;
 use crate::problem::Problem;
@@ -30,6 +30,8 @@ pub struct Scenario {
     pub description: String,
     /// The world's edges. They are not walls.
     pub bounds: Bounds,
+    /// What moves its bodies.
+    pub physics: Physics,
     /// How time passes.
     pub clock: Clock,
     /// How the fleet is run.

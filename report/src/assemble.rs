@@ -29,6 +29,7 @@ pub fn assemble(facts: RunFacts) -> Report {
         mode: clock.mode,
         planner: planner_of(&facts),
         filter: "none".to_string(),
+        physics: facts.scenario.physics,
         seed: clock.seed,
         robots: fates.len(),
         tick_hz: clock.tick_hz,

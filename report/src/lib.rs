@@ -20,8 +20,8 @@ pub use assemble::assemble;
 pub use layout::{Column, Page, cut, table};
 
 use model::{
-    Cause, EventName, Gone, Mode, Outcome, PerCause, PerMetric, PlanState, RobotIndex, RobotInstance, RobotState,
-    Scenario,
+    Cause, EventName, Gone, Mode, Outcome, PerCause, PerMetric, Physics, PlanState, RobotIndex, RobotInstance,
+    RobotState, Scenario,
 };
 use serde::{Deserialize, Serialize};
 
@@ -232,6 +232,9 @@ pub struct Report {
     pub planner: String,
     /// The safety filter.
     pub filter: String,
+    /// What moved the bodies.
+    #[serde(default)]
+    pub physics: Physics,
     /// Seed of everything random.
     pub seed: u64,
     /// Robots of the scenario, and those that were added.

@@ -7,8 +7,8 @@ use super::text::{Style, render};
 use super::*;
 use model::{
     BodyKind, Bounds, Class, Clock, Dynamics, Event, EventKind, Expect, Fleet, GoalSource, Limits, Metric, ParamValues,
-    Partner, Processes, Radio, Restart, Robot, RobotOutcome, Scheduling, Silence, Stall, Stop, StragglerPolicy, Task,
-    TaskId, Touch,
+    Partner, Physics, Processes, Radio, Restart, Robot, RobotOutcome, Scheduling, Silence, Stall, Stop,
+    StragglerPolicy, Task, TaskId, Touch,
 };
 
 fn robot(slot: usize) -> Robot {
@@ -52,6 +52,7 @@ fn scenario(robots: usize, mode: Mode) -> Scenario {
         name: "crossing".into(),
         description: String::new(),
         bounds: Bounds { x_m: [-10.0, 10.0], y_m: [-10.0, 10.0] },
+        physics: Physics::Kinematic,
         clock: Clock { mode, tick_hz: 50.0, seed: 7, ticks_max: 3000, stop: Stop::Arrived },
         fleet: Fleet {
             max_robots: robots,

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::exit;
 use crate::numbers::{clearance, fixed};
-use model::{Cause, Mode, PerMetric, PlanState, RobotState, Stall};
+use model::{Cause, Mode, PerMetric, Physics, PlanState, RobotState, Stall};
 
 /// So many robots are listed one by one.
 const ROBOTS_MAX: usize = 20;
@@ -83,10 +83,14 @@ fn headline(page: &mut Page, report: &Report) {
     };
     page.words(&format!("{}: {}: {arrived} {when}, {contacts}{rounds}", word_of(report), report.scenario), 4);
     let mode = report.mode.word();
+    let physics = match report.physics {
+        Physics::Kinematic => String::new(),
+        physics => format!(", {}", physics.word()),
+    };
     let rtf = report.rtf.map_or_else(String::new, |rtf| format!(" (x{rtf:.2})"));
     page.words(
         &format!(
-            "{mode} at {} Hz, {}, filter {}, seed {}; {:.2} s simulated in {:.2} s{rtf}",
+            "{mode} at {} Hz{physics}, {}, filter {}, seed {}; {:.2} s simulated in {:.2} s{rtf}",
             report.tick_hz, report.planner, report.filter, report.seed, report.sim_time_s, report.wall_time_s
         ),
         0,

@@ -7,6 +7,9 @@ use geometry::{Capsule, segment_distance};
 use model::{BodyKind, Robot};
 use nalgebra::Point2;
 
+/// Smaller bodies than this slip through what should stop them, m.
+const SOLID_RADIUS_M_MIN: f64 = 0.01;
+
 /// Where a robot's places stand in the file.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
@@ -57,6 +60,20 @@ impl Ground<'_> {
             None if robot.kind == BodyKind::TwoLinkArm => {} // it is wrong, and reported
             None => self.place(p, robot.radius_m, false, what, key, origin, report),
         }
+    }
+}
+
+/// Reports what cannot be in a world of solid bodies with weight, at its key `physics`.
+pub(crate) fn solid(robots: &[Robot], sources: &[Source], physics: (&str, Origin), report: &mut Report) {
+    let (key, origin) = physics;
+    if let Some(arm) = robots.iter().find(|robot| robot.kind == BodyKind::TwoLinkArm) {
+        let message = format!("`rapier` has no arms yet, and `{}` is one", arm.id);
+        report.add_hint(origin, key, message, "leave the arms out, or let physics be \"kinematic\"".to_owned());
+    }
+    for (robot, source) in robots.iter().zip(sources).filter(|(robot, _)| robot.radius_m < SOLID_RADIUS_M_MIN) {
+        let message =
+            format!("`{}` has a radius of {} m, a solid body needs {SOLID_RADIUS_M_MIN}", robot.id, robot.radius_m);
+        report.add_hint(source.id.1, key, message, "raise radius_m, or let physics be \"kinematic\"".to_owned());
     }
 }
 

@@ -29,7 +29,8 @@ const NOWHERE: Point2<f64> = Point2::new(f64::NAN, f64::NAN);
 
 /// Resolves a walked file. The result counts only if nothing is in the report afterwards.
 pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &mut Report) -> (Scenario, Paper) {
-    let bounds = bounds(&section(root, Root::world));
+    let world = section(root, Root::world);
+    let bounds = bounds(&world);
     let clock_node = section(root, Root::clock);
     let clock = clock(&clock_node, report);
     let radio = timeline::radio(&section(root, Root::radio));
@@ -44,6 +45,15 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         ground.check(robot, source, report);
     }
     check::starts_apart(&crew.robots, &crew.sources, report);
+    let physics = world.get(table::World::physics);
+    if physics == Physics::Rapier {
+        check::solid(
+            &crew.robots,
+            &crew.sources,
+            (&world.key(table::World::physics), world.at(table::World::physics)),
+            report,
+        );
+    }
     let stage = Stage {
         robots: &crew.robots,
         all_known: crew.complete,
@@ -60,6 +70,7 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         name: root.get(Root::name).unwrap_or_else(|| name.to_string()),
         description: root.get(Root::description),
         bounds,
+        physics,
         fleet: fleet(&section(root, Root::fleet), &clock, &crew, report),
         processes: processes::read(root, report),
         clock,

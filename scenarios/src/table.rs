@@ -15,7 +15,7 @@ use crate::paper::PAPER;
 use crate::types::{Arrivals, Interval, Pose};
 use model::field::{ParamsByPlanner, Table, Tables};
 use model::kind::{Kind, Range, Section};
-use model::{CPU_MAX, ClassName, MAX_ROBOTS, MAX_SHAPES, Mode, Stop, StragglerPolicy, choice, keys};
+use model::{CPU_MAX, ClassName, MAX_ROBOTS, MAX_SHAPES, Mode, Physics, Stop, StragglerPolicy, choice, keys};
 use obstacles::OBSTACLE;
 use robots::{DEFAULTS, KINDS, LAYOUT, ROBOT};
 
@@ -37,7 +37,7 @@ keys! {
         name: String => "the name of the file", "", 0..=64;
         /// Description in one line.
         description: String = String::new(), "", 0..=500;
-        /// The edges of the world.
+        /// The edges of the world, and what moves its bodies.
         world: Table => optional, "", &WORLD;
         /// Clock: mode, tick rate, duration.
         clock: Table => optional, "", &CLOCK;
@@ -70,8 +70,8 @@ keys! {
 
 static WORLD: Section = Section {
     title: "[world]",
-    help: "The edges of the world. They are not walls, but starts and goals must lie inside. No coordinate may be larger \
-           than 1e7 m.",
+    help: "The edges of the world and what moves its bodies. The edges are not walls, but starts and goals must lie \
+           inside. No coordinate may be larger than 1e7 m.",
     tag: None,
     groups: &[World::KEYS],
 };
@@ -83,6 +83,9 @@ keys! {
         x_m: Interval = Interval([-10.0, 10.0]), "m";
         /// Smallest and largest y.
         y_m: Interval = Interval([-10.0, 10.0]), "m";
+        /// kinematic: bodies move as they are asked to, and contacts are counted; rapier: bodies have mass and push each
+        /// other, walls stop them, wheels and feet hold no more than their grip.
+        physics: Physics = Physics::Kinematic, "";
     }
 }
 

@@ -76,6 +76,35 @@ fn with_robots_on_wheels() {
     }
 }
 
+/// Bodies that have weight: the engine gives the same bits in the world's process as in one thread, with robots that die,
+/// leave and come late, on two wheels and on one patch.
+#[test]
+fn with_bodies_that_have_weight() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let path = directory.path().join("weight.toml");
+    // The engine has no arms: a body on wheels is in its place.
+    let of_arms =
+        ["planner = \"pso-via-points\"", "base_m =", "links_m =", "turn_radps_max =", "turn_accel_radps2_max ="];
+    let lines = TIMELINE.lines().filter(|line| !of_arms.iter().any(|key| line.trim_start().starts_with(key)));
+    let text = lines.collect::<Vec<_>>().join("\n").replace("two-link-arm", "diff-drive");
+    let text = format!("[world]\nphysics = \"rapier\"\n{text}");
+    #[expect(clippy::disallowed_methods, reason = "a scenario of its own")]
+    std::fs::write(&path, text).expect("it can be written");
+    let path = path.display();
+    for run in [
+        format!("{path}"),
+        format!("{path} --set defaults.kind=\"diff-drive\" --seed 2"),
+        "demo-15 --set world.physics=\"rapier\"".to_owned(),
+        "amr-case1 --set world.physics=\"rapier\" --set defaults.kind=\"diff-drive\"".to_owned(),
+    ] {
+        let report = |mode| report(&format!("{run} --mode {mode}"));
+        let (single, lockstep) = (report("single"), report("lockstep"));
+        assert_eq!((&single["physics"], &lockstep["physics"]), (&"rapier".into(), &"rapier".into()));
+        assert_eq!(single["trajectory_hash"], lockstep["trajectory_hash"], "{run}");
+        assert_eq!(deterministic(&single), deterministic(&lockstep), "{run}");
+    }
+}
+
 /// Where processes run, and which of them goes first, changes nothing that comes out.
 #[test]
 fn with_processors_and_classes_from_the_scenario() {

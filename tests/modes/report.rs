@@ -21,6 +21,7 @@ const TOP: &[(&str, When)] = &[
     ("mode", Always),
     ("planner", Always),
     ("filter", Always),
+    ("physics", Always),
     ("seed", Always),
     ("robots", Always),
     ("tick_hz", Always),

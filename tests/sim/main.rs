@@ -12,4 +12,5 @@ mod solids;
 mod table;
 mod timeline;
 mod truth;
+mod weight;
 mod wheels;

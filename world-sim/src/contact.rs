@@ -82,7 +82,6 @@ impl Contacts {
                 }
             }
         }
-        self.count();
     }
 
     /// One tick. The grid holds the bodies where they were when it opened.
@@ -140,7 +139,6 @@ impl Contacts {
                 }
             }
         }
-        self.count();
     }
 
     /// An arm and another robot.
@@ -173,7 +171,8 @@ impl Contacts {
         self.judge(Contact::Robots(a.instance.index.at(), b.instance.index.at()), approach);
     }
 
-    fn count(&mut self) {
+    /// What has been found counts.
+    pub(crate) fn count(&mut self) {
         self.found.sort_unstable();
         for contact in &self.found {
             let (slot, other) = match *contact {

@@ -1,6 +1,6 @@
 //! How the bodies of robots move during a tick.
 
-use geometry::wrap;
+use geometry::{towards, wrap};
 use model::{BodyKind, Drive, Limits, Wheels};
 use nalgebra::{Point2, Vector2};
 
@@ -96,11 +96,6 @@ pub(crate) fn fits(kind: BodyKind, drive: &Drive) -> bool {
 /// sin h / h. The two terms of the series are exact to rounding where they are used.
 fn sinc(h: f64) -> f64 {
     if h.abs() < 1e-4 { 1.0 - h * h / 6.0 } else { h.sin() / h }
-}
-
-/// A value on its way to another, changed by no more than this.
-pub(crate) fn towards(from: f64, to: f64, change_max: f64) -> f64 {
-    if (to - from).abs() <= change_max { to } else { from + change_max.copysign(to - from) }
 }
 
 #[cfg(test)]

@@ -97,6 +97,11 @@ impl Shapes {
         self.base.len()
     }
 
+    /// The pieces of an obstacle where the scenario has them.
+    pub(crate) fn base(&self, obstacle: &Placed) -> &[Capsule] {
+        &self.base[obstacle.pieces.clone()]
+    }
+
     /// The obstacle that a piece belongs to.
     pub(crate) fn owner(&self, piece: usize) -> usize {
         self.owners[piece] as usize

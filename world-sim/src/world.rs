@@ -2,6 +2,7 @@
 //! function of its scenario, its orders and its commands.
 
 mod outcome;
+mod solid;
 mod views;
 
 use crate::arm::{self, Arm};
@@ -17,13 +18,15 @@ use crate::referee::Referee;
 use crate::shapes::Shapes;
 use crate::touch;
 use model::{
-    Clock, Drive, EventKind, GoalSource, MAX_ROBOTS, Partner, PlanState, Robot, RobotIndex, RobotInstance, Scenario,
-    StragglerPolicy, Task, TimelineAction, TimelineEvent, Touch,
+    Clock, Drive, EventKind, GoalSource, MAX_ROBOTS, Partner, Physics, PlanState, Robot, RobotIndex, RobotInstance,
+    Scenario, StragglerPolicy, Task, TimelineAction, TimelineEvent, Touch,
 };
 use nalgebra::Point2;
 use protocol::daemon_to_world::{Absence, Order, Ticket};
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::Piece;
+
+use solid::Solid;
 
 /// Why a task is refused: the robot has as many goals as it can keep.
 pub const TOO_MANY_GOALS: &str = "too many goals are waiting";
@@ -63,6 +66,8 @@ pub struct World {
     hears_surely: bool,
 
     shapes: Shapes,
+    /// Where bodies have weight and push each other.
+    solid: Option<Solid>,
     grid: Grid,
     ranges: Ranges,
     contacts: Contacts,
@@ -95,6 +100,11 @@ impl World {
     /// The world before its first tick. The processes that it needs at once are in the notices.
     pub fn new(scenario: &Scenario) -> World {
         let clock = scenario.clock;
+        let shapes = Shapes::new(&scenario.obstacles, clock.seed);
+        let solid = match scenario.physics {
+            Physics::Kinematic => None,
+            Physics::Rapier => Some(Solid::new(clock.dt_s(), &shapes)),
+        };
         let mut world = World {
             clock,
             straggler: scenario.fleet.straggler,
@@ -115,7 +125,8 @@ impl World {
             scolded: Vec::new(),
             plans: Vec::new(),
             hears_surely: scenario.radio.is_sure(),
-            shapes: Shapes::new(&scenario.obstacles, clock.seed),
+            shapes,
+            solid,
             grid: Grid::default(),
             ranges: Ranges::default(),
             contacts: Contacts::new(),
@@ -384,7 +395,7 @@ impl World {
             body.from = body.pose.position;
             if body.takes_part {
                 self.participants.push(body.instance);
-            } else {
+            } else if self.solid.is_none() {
                 body.pose.halt();
             }
             let flags = self.flags(slot);
@@ -400,6 +411,10 @@ impl World {
             }
         }
         self.contacts.enter(&self.entered, &self.bodies, &self.arms, &self.shapes);
+        if let Some(solid) = &mut self.solid {
+            solid.open(&self.bodies, &self.robots);
+            self.contacts.found.retain(|contact| solid.overlap(*contact));
+        }
         self.log_contacts(self.tick);
         self.grid.rebuild(&self.bodies);
         self.ranges.update(&self.bodies, &self.arms, &self.shapes, &self.grid);
@@ -449,7 +464,15 @@ impl World {
         self.tick += 1;
         let time_s = self.time_s();
         self.shapes.advance(time_s);
+        if let Some(solid) = &mut self.solid {
+            solid.pass(&mut self.bodies, &self.shapes);
+        }
         self.contacts.sweep(&self.bodies, &self.arms, &self.shapes, &self.grid);
+        if let Some(solid) = &self.solid {
+            // Solid bodies do not overlap when they touch, and part again within a tick.
+            self.contacts.found.clear();
+            self.contacts.found.extend(solid.touched());
+        }
         self.log_contacts(self.tick - 1);
         self.judge(time_s);
         self.announce();
@@ -460,7 +483,9 @@ impl World {
         let (slot, dt_s) = (instance.index.at(), self.clock.dt_s());
         let body = &mut self.bodies[slot];
         let fitting = drive.filter(|drive| fits(body.kind, drive));
-        if let Some(arm) = arm::of_slot_mut(&mut self.arms, slot) {
+        if let Some(solid) = &mut self.solid {
+            solid.ask(slot, fitting);
+        } else if let Some(arm) = arm::of_slot_mut(&mut self.arms, slot) {
             match fitting {
                 Some(Drive::Joints { rate_radps }) => arm.advance(rate_radps, &body.limits, dt_s),
                 _ => arm.halt(),
@@ -503,12 +528,14 @@ impl World {
         }
     }
 
-    /// Logs the contacts just found, in the tick that opened with `opened`.
+    /// Counts and logs the contacts just found, in the tick that opened with `opened`.
     fn log_contacts(&mut self, opened: u64) {
+        self.contacts.count();
         for contact in &self.contacts.found {
             let (Contact::Robots(slot, _) | Contact::Obstacle(slot, _)) = *contact;
             if let (Contact::Obstacle(_, index), Some(referee)) = (*contact, &mut self.referees[slot]) {
-                referee.trespassed |= !self.shapes.obstacles[index].moves();
+                // Solid bodies lean on what they touch; others go on through it.
+                referee.trespassed |= self.solid.is_none() && !self.shapes.obstacles[index].moves();
             }
             self.journal.note_quietly(self.tick, RobotIndex::of(slot), || {
                 let body = &self.bodies[slot];
@@ -524,6 +551,7 @@ impl World {
                         (Partner::Obstacle(index as u32), first)
                     }
                 };
+                let first = self.solid.as_ref().and_then(|solid| solid.first(*contact)).or(first);
                 // Inside a polygon whose edges are far there is no surface to touch.
                 let (share, at) = first.map_or((0.0, body.from), |first| (first.share, first.at));
                 let touch = Touch { t_s: (opened as f64 + share) * self.clock.dt_s(), at_m: [at.x, at.y] };

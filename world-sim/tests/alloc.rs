@@ -52,6 +52,7 @@ fn rings(count: usize) -> Scenario {
         name: "rings".to_owned(),
         description: String::new(),
         bounds: Bounds { x_m: [-5.0, 50.0], y_m: [-5.0, 20.0] },
+        physics: model::Physics::Kinematic,
         clock: Clock { mode: Mode::Single, tick_hz: 50.0, seed: 1, ticks_max: 10_000, stop: Stop::Duration },
         fleet: Fleet {
             max_robots: count,

@@ -49,6 +49,7 @@ pub(crate) fn robot(slot: usize, start: [f64; 2], goal: [f64; 2]) -> Robot {
 pub(crate) fn scenario(robots: Vec<Robot>) -> Scenario {
     let bounds = Bounds { x_m: [-10.0, 10.0], y_m: [-10.0, 10.0] };
     Scenario {
+        physics: Physics::Kinematic,
         name: "test".to_owned(),
         description: String::new(),
         bounds,

@@ -1,0 +1,5 @@
+//! Bodies with weight, through the door of the crate.
+
+mod motion;
+mod push;
+mod scene;
