@@ -14,3 +14,4 @@ mod timeline;
 mod truth;
 mod weight;
 mod wheels;
+mod worlds;
