@@ -68,7 +68,7 @@ fn open_and_close(bencher: Bencher<'_, '_>, bodies: usize) {
     });
 }
 
-/// The same with bodies that have weight, in ticks of 1 ms, which is one step of the engine, and of 20 ms, which is four.
+/// The same with bodies that have weight: a tick of 20 ms is four steps of the engine.
 #[divan::bench(args = [15, 64, 200])]
 fn solid(bencher: Bencher<'_, '_>, bodies: usize) {
     let mut world = lattice(bodies, Physics::Rapier);

@@ -1,11 +1,11 @@
 //! A robot that is added to a running fleet.
 
-use crate::check::Source;
+use crate::check::{self, Source};
 use crate::ground::{Ground, Surfaces};
 use crate::problems::{Origin, Problems, Report};
 use crate::{arm, methods, robots, walk};
 use model::kind::LARGE;
-use model::{BodyKind, MAX_GOALS, ParamValues, Robot, Scenario};
+use model::{BodyKind, MAX_GOALS, ParamValues, Physics, Robot, Scenario};
 use nalgebra::Point2;
 
 /// What `shoal add` says about the robot; the rest comes from the scenario's defaults.
@@ -102,6 +102,9 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
     let source = Source { id: at("id"), start: at("start"), goal: at("goal"), waypoints: at("goal"), late: true };
     let surfaces = Surfaces::new(&scenario.obstacles);
     Ground { world: scenario.bounds, surfaces: &surfaces }.check(&robot, &source, &mut report);
+    if scenario.physics == Physics::Rapier {
+        check::solid(std::slice::from_ref(&robot), std::slice::from_ref(&source), ("", here), &mut report);
+    }
     report.finish().map(|_| robot)
 }
 

@@ -73,7 +73,12 @@ pub(crate) fn solid(robots: &[Robot], sources: &[Source], physics: (&str, Origin
     for (robot, source) in robots.iter().zip(sources).filter(|(robot, _)| robot.radius_m < SOLID_RADIUS_M_MIN) {
         let message =
             format!("`{}` has a radius of {} m, a solid body needs {SOLID_RADIUS_M_MIN}", robot.id, robot.radius_m);
-        report.add_hint(source.id.1, key, message, "raise radius_m, or let physics be \"kinematic\"".to_owned());
+        report.add_hint(
+            source.id.1,
+            source.id.0.trim_end_matches(".id"),
+            message,
+            "raise radius_m, or let physics be \"kinematic\"".to_owned(),
+        );
     }
 }
 

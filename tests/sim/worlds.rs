@@ -1,6 +1,6 @@
 //! The papers' fleets on wheels, in both worlds: what mass, grip and contacts change. The table of docs/methods.md:
 //!
-//! `SHOAL_WORLDS_STARTS=30 cargo test --release -p shoal-tests --test sim -- --nocapture both_worlds`
+//! `SHOAL_WORLDS_STARTS=30 cargo test -p shoal-tests --test sim -- --nocapture both_worlds`
 #![expect(clippy::print_stdout, reason = "the table is what one runs it for")]
 
 use model::random::Stream;

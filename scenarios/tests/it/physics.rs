@@ -2,7 +2,8 @@
 
 use crate::support::mistakes;
 use insta::assert_snapshot;
-use model::Physics;
+use model::{ParamValues, Physics};
+use nalgebra::Point2;
 use shoal_scenarios::*;
 
 const GOOD: &str = r#"
@@ -26,9 +27,27 @@ fn physics_is_kinematic_unless_it_is_said() {
 #[test]
 fn what_the_engine_does_not_have_is_refused() {
     let arm = "[[robot]]\nid = \"arm\"\nkind = \"two-link-arm\"\nplanner = \"pso-via-points\"\nbase_m = [5, 5]\n\
-               links_m = [1, 1]\nstart_m = [6, 5]\ngoal_m = [5, 6]\n";
+               links_m = [1, 1]\nstart_m = [6.5, 5]\ngoal_m = [5, 6.5]\n";
     let arm = format!("radius_m = 0.2\n{arm}");
     let rows = [("radius_m = 0.2", "radius_m = 0.005"), ("radius_m = 0.2\n", &arm), ("\"rapier\"", "\"bullet\"")];
     let told = |text: &str| parse("p.toml", text, &Overrides::default()).expect_err("it is wrong").to_string();
     assert_snapshot!(mistakes(GOOD, &rows, told));
+}
+
+#[test]
+fn what_is_added_is_solid_too() {
+    let scenario = parse("p.toml", GOOD, &Overrides::default()).expect("it is valid");
+    let request = |radius_m| NewRobot {
+        radius_m: Some(radius_m),
+        start: Point2::new(0.0, 3.0),
+        goals: vec![Point2::new(5.0, 3.0)],
+        id: None,
+        kind: None,
+        start_yaw_rad: None,
+        goal_yaw_rad: None,
+        planner: None,
+        params: ParamValues::new(),
+    };
+    assert!(add_robot(&scenario, &request(0.2)).is_ok());
+    assert!(add_robot(&scenario, &request(0.005)).is_err());
 }
