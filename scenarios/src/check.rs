@@ -70,7 +70,9 @@ pub(crate) fn solid(robots: &[Robot], sources: &[Source], physics: (&str, Origin
         let message = format!("`rapier` has no arms yet, and `{}` is one", arm.id);
         report.add_hint(origin, key, message, "leave the arms out, or let physics be \"kinematic\"".to_owned());
     }
-    for (robot, source) in robots.iter().zip(sources).filter(|(robot, _)| robot.radius_m < SOLID_RADIUS_M_MIN) {
+    for (robot, source) in
+        robots.iter().zip(sources).filter(|(robot, _)| robot.arm.is_none() && robot.radius_m < SOLID_RADIUS_M_MIN)
+    {
         let message =
             format!("`{}` has a radius of {} m, a solid body needs {SOLID_RADIUS_M_MIN}", robot.id, robot.radius_m);
         report.add_hint(
