@@ -49,7 +49,7 @@ crate::params! {
         /// Rounds of thinking in a tick, each of A_nsd + 1 evaluations. Larger: thinks for fewer, longer ticks. Among
         /// more than 47 known pieces there are fewer (with 16 directions): their number times that of pieces is bounded.
         rounds_per_tick: u32 = 50, "", 1..=100_000;
-        /// Plan round what moves, and again whenever it has moved by half a step, as the paper asks for; without it, what
+        /// Plan round what moves, and again whenever it has moved by half a step, as the paper asks for; otherwise what
         /// moves is only evaded. The robot stands while it thinks: raise rounds_per_tick until a plan fits into a tick.
         replan_moving: bool = false, "";
         /// How far ahead a unicycle looks along its path. Larger: cuts corners more.
