@@ -123,7 +123,8 @@ fn a_process_that_only_names_the_fleet_survives_it() {
     let (fleet, root) = endless("realtime");
     // With a file that stays: it may come to the lease only when that is gone.
     let names = [std::path::Path::new("/dev/null"), &root.join("lease")];
-    let mut bystander = std::process::Command::new("tail").arg("-f").args(names).spawn().unwrap();
+    let mut bystander =
+        std::process::Command::new("tail").arg("-f").args(names).stdout(std::process::Stdio::null()).spawn().unwrap();
     wait_for("the bystander", || processes_of(&root).iter().any(|process| process.pid == bystander.id()).then_some(()));
     signal(fleet.daemon(), Signal::KILL);
     fleet.wait();

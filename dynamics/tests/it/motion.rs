@@ -23,6 +23,19 @@ fn a_body_comes_up_to_speed_as_fast_as_the_ground_holds() {
     assert!(state(&world, 0).velocity.norm() < 1e-9);
 }
 
+/// Each wheel has half of the weight: both together hold no more than the body's ground does.
+#[test]
+fn wheels_that_follow_at_once_start_as_fast_as_the_ground_holds() {
+    let wheels = model::Wheels { accel_radps2_max: f64::INFINITY, ..WHEELS };
+    let dynamics = Dynamics { grip: 0.1, ..DYNAMICS };
+    let mut world = world();
+    world.enter(0, Chassis { dynamics, wheels: Some(wheels), ..wheeled() }, Point2::origin(), 0.0);
+    run(&mut world, &[twist(0.22, 0.0)], 5);
+    let state = state(&world, 0);
+    assert!((state.speed_mps - 0.1 * 9.80665 * 0.1).abs() < 1e-9, "{state:?}");
+    assert!(state.wheels_radps.iter().all(|rate| (rate * WHEELS.radius_m - 0.22).abs() < 1e-9), "they slip: {state:?}");
+}
+
 #[test]
 fn limits_of_acceleration_hold_where_they_are_less_than_the_ground_would() {
     let limits = Limits { accel_mps2_max: 0.5, turn_accel_radps2_max: 1.5, ..LIMITS };
