@@ -50,7 +50,7 @@ impl Chassis {
                     drivable(speed_mps, turn_radps, &shown, input.limits.turning_radius_m_min);
                 ((if self.reversing { -speed_mps } else { speed_mps }, turn_radps), plan.stopped)
             }
-            // Who commands wheels knows them; the other way round, left is right.
+            // In reverse the left wheel of the body is the right one of the plan.
             (None, Drive::Wheels { rate_radps: [left, right] }) if self.reversing => {
                 return Plan { drive: Drive::Wheels { rate_radps: [-right, -left] }, ..plan };
             }
@@ -107,6 +107,10 @@ impl Chassis {
     }
 }
 
+/// A body stands if its wheels come to rest within this share of a tick: what is measured of a body that turns where it stands
+/// is not exactly zero, and must not be braked for.
+const STANDS: f64 = 1e-3;
+
 /// The twist that the wheels come to in this tick if all that they can change goes to the brakes first, and what is left to
 /// the turn. A body that need not brake, or whose wheels follow at once, gets what it asks for.
 fn braking_first(drive: Drive, wheels: &Wheels, input: &PlanInput<'_>) -> Drive {
@@ -118,12 +122,15 @@ fn braking_first(drive: Drive, wheels: &Wheels, input: &PlanInput<'_>) -> Drive 
     let parts = |[left, right]: [f64; 2]| (0.5 * (left + right), 0.5 * (right - left));
     let (common, differing) = parts(wheels.rates_of(speed_mps, input.turn_radps));
     let (common_wanted, differing_wanted) = parts(wanted);
+    let change_max = wheels.accel_radps2_max * input.dt_s;
+    if common.abs() <= STANDS * change_max {
+        return drive;
+    }
     // Brakes go no further than to stand.
     let common_wanted = if common < 0.0 { common_wanted.min(0.0) } else { common_wanted.max(0.0) };
     if common_wanted.abs() >= common.abs() {
         return drive;
     }
-    let change_max = wheels.accel_radps2_max * input.dt_s;
     let braked = (common_wanted - common).clamp(-change_max, change_max);
     let rest = change_max - braked.abs();
     let common = common + braked;

@@ -15,10 +15,11 @@ use std::ops::ControlFlow;
 /// How far a start is moved in x and in y, m.
 const MOVED_M: f64 = 0.02;
 
+/// The number of starts that a variable of the environment asks for.
 #[expect(clippy::disallowed_methods, reason = "how many starts")]
-fn starts() -> u64 {
-    let text = std::env::var("SHOAL_AMR_STARTS").ok();
-    text.map_or(2, |text| text.parse().unwrap_or_else(|_| panic!("SHOAL_AMR_STARTS={text} is not a number")))
+pub(crate) fn starts(variable: &str, unset: u64) -> u64 {
+    let text = std::env::var(variable).ok();
+    text.map_or(unset, |text| text.parse().unwrap_or_else(|_| panic!("{variable}={text} is not a number")))
 }
 
 /// Case 1 with 1 to 15 robots, and the twelve layouts of case 2.
@@ -34,13 +35,21 @@ fn fleets() -> Vec<(String, Scenario)> {
     growing.chain(layouts).collect()
 }
 
-fn run(fleet: &Scenario, params: &ParamValues, seed: u64) -> Outcome {
+/// A fleet whose starts are moved by chance, and the seed of everything else too.
+pub(crate) fn moved(fleet: &Scenario, seed: u64) -> Scenario {
     let mut scenario = fleet.clone();
     scenario.clock.seed = seed;
     for (slot, robot) in (0..).zip(&mut scenario.robots) {
         let mut stream = Stream::new(seed, slot, 0, "amr-apf jitter");
         let mut offset = || stream.between(-MOVED_M, MOVED_M);
         robot.start += Vector2::new(offset(), offset());
+    }
+    scenario
+}
+
+fn run(fleet: &Scenario, params: &ParamValues, seed: u64) -> Outcome {
+    let mut scenario = moved(fleet, seed);
+    for robot in &mut scenario.robots {
         assert_eq!(robot.planner, "amr-apf");
         robot.params = params.clone();
     }
@@ -53,7 +62,7 @@ fn check(what: &str, params: &[(&str, ParamValue)]) {
     let mut wrong = Vec::new();
     let (mut runs, mut nearest_m, mut slowest_s) = (0, f64::INFINITY, 0.0);
     for (name, fleet) in fleets() {
-        for seed in 1..=starts() {
+        for seed in 1..=starts("SHOAL_AMR_STARTS", 2) {
             let outcome = run(&fleet, &params, seed);
             runs += 1;
             for clearance_m in [outcome.min_clearance_m, outcome.min_obstacle_clearance_m].into_iter().flatten() {

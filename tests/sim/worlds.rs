@@ -3,20 +3,15 @@
 //! `SHOAL_WORLDS_STARTS=30 cargo test -p shoal-tests --test sim -- --nocapture both_worlds`
 #![expect(clippy::print_stdout, reason = "the table is what one runs it for")]
 
-use model::random::Stream;
+use crate::amr_apf;
 use model::{Outcome, Physics, Scenario};
-use nalgebra::Vector2;
 use scenarios::{Overrides, parse};
 use shoal_tests::catalog;
 use std::ops::ControlFlow;
 
-/// How far a start is moved in x and in y, m.
-const MOVED_M: f64 = 0.02;
-
-#[expect(clippy::disallowed_methods, reason = "how many starts")]
+/// Starts of each fleet.
 fn starts() -> u64 {
-    let text = std::env::var("SHOAL_WORLDS_STARTS").ok();
-    text.map_or(1, |text| text.parse().unwrap_or_else(|_| panic!("SHOAL_WORLDS_STARTS={text} is not a number")))
+    amr_apf::starts("SHOAL_WORLDS_STARTS", 1)
 }
 
 /// As a TurtleBot3 Waffle has them, in the authors' simulator: 1 m/s² at the rim.
@@ -61,13 +56,7 @@ fn fleets() -> Vec<(&'static str, Scenario)> {
 }
 
 fn run(fleet: &Scenario, physics: Physics, seed: u64) -> Outcome {
-    let mut scenario = Scenario { physics, ..fleet.clone() };
-    scenario.clock.seed = seed;
-    for (slot, robot) in (0..).zip(&mut scenario.robots) {
-        let mut stream = Stream::new(seed, slot, 0, "worlds jitter");
-        let mut offset = || stream.between(-MOVED_M, MOVED_M);
-        robot.start += Vector2::new(offset(), offset());
-    }
+    let scenario = Scenario { physics, ..amr_apf::moved(fleet, seed) };
     single::run(&scenario, &mut |_, _| ControlFlow::Continue(())).expect("the parameters fit")
 }
 
@@ -123,5 +112,23 @@ fn the_papers_fleets_drive_in_both_worlds() {
                 assert_eq!((came.arrived, came.contacts), (all, 0), "{name}, {physics:?}");
             }
         }
+    }
+}
+
+/// What a robot meets that has nothing to push and enough grip is no more than the start and the end of its motion.
+#[test]
+fn a_robot_alone_drives_alike_in_both_worlds() {
+    for planner in ["amr-apf", "dapf", "decentralized-apf", "apf", "straight"] {
+        let mut fleet = catalog("amr-case1", &Overrides { robots: Some(1), ..overrides(planner, &WAFFLE) });
+        // In long ticks it matters that solid wheels change their rates within a tick, and kinematic ones at its beginning.
+        fleet.clock.ticks_max *= 5;
+        fleet.clock.tick_hz = 50.0;
+        if planner == "straight" {
+            fleet.obstacles.clear();
+        }
+        let time_s =
+            |physics| run(&fleet, physics, 1).robots[0].time_s.unwrap_or_else(|| panic!("{planner}: not there"));
+        let (kinematic_s, rapier_s) = (time_s(Physics::Kinematic), time_s(Physics::Rapier));
+        assert!((rapier_s / kinematic_s - 1.0).abs() < 0.02, "{planner}: {kinematic_s} and {rapier_s} s");
     }
 }

@@ -144,6 +144,18 @@ fn wheels_brake_before_they_turn() {
     near(rates(&scene), [-6.0, 6.0]);
 }
 
+/// The speed of a body that turns where it stands is measured as next to nothing, backwards or forwards: it may start.
+#[test]
+fn wheels_that_stand_start_whatever_is_left_of_their_speed() {
+    let wheels = Wheels { accel_radps2_max: 1.0 / DT_S, ..Wheels::BURGER };
+    let ahead = Drive::Twist { speed_mps: 0.1, turn_radps: 0.5 };
+    for left_over in [-1e-15, -1e-6, 0.0, 1e-6] {
+        let scene = on_wheels(&wheels, [left_over - 1.0, left_over + 1.0], wheels.limits());
+        let plan = Chassis::default().plan(&mut Always(ahead), &scene.input(0, DT_S));
+        assert_eq!(plan.drive, ahead, "{left_over} rad/s");
+    }
+}
+
 /// A body that drives backwards has its left wheel on the other side.
 #[test]
 fn wheels_that_a_method_commands_turn_round_with_the_gear() {
