@@ -201,8 +201,9 @@ impl Bodies {
                 }
             }
             self.world.step();
-            for body in self.bodies.iter_mut().flatten() {
-                let course = course(&self.world.bodies[body.handle], body.chassis, 0.0);
+            for body in self.bodies.iter_mut().flatten().filter(|body| body.chassis.wheels.is_some()) {
+                let rigid = &self.world.bodies[body.handle];
+                let course = course(rigid, heading(rigid, body.chassis, 0.0));
                 body.rates_radps = body.chassis.rates_after(body.aim_radps, body.rates_radps, course, h_s);
             }
             self.look(share);
@@ -273,7 +274,7 @@ impl Body {
         let rigid = &world.bodies[self.handle];
         let ahead_rad = 0.5 * rigid.angvel() * h_s;
         let heading = heading(rigid, self.chassis, ahead_rad);
-        let course = course(rigid, self.chassis, ahead_rad);
+        let course = course(rigid, heading);
         self.aim_radps = self.chassis.aim(drive, self.rates_radps, h_s);
         let patches = self.chassis.patches(drive, self.aim_radps, course, h_s);
         for (handle, patch) in self.patches.iter().zip(patches.into_iter().flatten()) {
@@ -303,13 +304,14 @@ fn hold(joint: &mut engine::GenericJoint, heading: Vector2<f64>, patch: Patch) {
 
 /// The direction that counts as forwards: a point has none, and the x axis serves.
 fn heading(rigid: &engine::RigidBody, chassis: Chassis, ahead_rad: f64) -> Vector2<f64> {
-    let angle = if chassis.kind == BodyKind::Point { 0.0 } else { rigid.rotation().angle() + ahead_rad };
-    let (sin, cos) = angle.sin_cos();
-    Vector2::new(cos, sin)
+    match chassis.kind {
+        BodyKind::Point => Vector2::x(),
+        _ => into(*rigid.rotation() * engine::Vector::from_angle(ahead_rad)),
+    }
 }
 
-fn course(rigid: &engine::RigidBody, chassis: Chassis, ahead_rad: f64) -> Course {
-    let (heading, velocity) = (heading(rigid, chassis, ahead_rad), into(rigid.linvel()));
+fn course(rigid: &engine::RigidBody, heading: Vector2<f64>) -> Course {
+    let velocity = into(rigid.linvel());
     Course { velocity: Vector2::new(velocity.dot(&heading), heading.perp(&velocity)), turn_radps: rigid.angvel() }
 }
 

@@ -56,6 +56,7 @@ impl Touches {
 
     /// A touch that is told of elsewhere: bodies that were placed into each other. Whether it begins now.
     pub(crate) fn known(&mut self, slot: usize, with: With) -> bool {
+        self.begun.retain(|touch| (touch.slot, touch.with) != (slot, with));
         self.lasting.insert((slot, with), true).is_none()
     }
 

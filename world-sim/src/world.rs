@@ -539,19 +539,22 @@ impl World {
             }
             self.journal.note_quietly(self.tick, RobotIndex::of(slot), || {
                 let body = &self.bodies[slot];
-                let parts = Parts::of(body, &self.arms);
-                let (with, first) = match *contact {
-                    Contact::Robots(_, other) => {
-                        let others = Parts::of(&self.bodies[other], &self.arms);
-                        let first = touch::first(parts.as_slice(), others.as_slice().iter().copied());
-                        (Partner::Robot(RobotIndex::of(other)), first)
-                    }
-                    Contact::Obstacle(_, index) => {
-                        let first = touch::first(parts.as_slice(), self.shapes.ways(&self.shapes.obstacles[index]));
-                        (Partner::Obstacle(index as u32), first)
-                    }
+                let with = match *contact {
+                    Contact::Robots(_, other) => Partner::Robot(RobotIndex::of(other)),
+                    Contact::Obstacle(_, index) => Partner::Obstacle(index as u32),
                 };
-                let first = self.solid.as_ref().and_then(|solid| solid.first(*contact)).or(first);
+                let first = self.solid.as_ref().and_then(|solid| solid.first(*contact)).or_else(|| {
+                    let parts = Parts::of(body, &self.arms);
+                    match *contact {
+                        Contact::Robots(_, other) => {
+                            let others = Parts::of(&self.bodies[other], &self.arms);
+                            touch::first(parts.as_slice(), others.as_slice().iter().copied())
+                        }
+                        Contact::Obstacle(_, index) => {
+                            touch::first(parts.as_slice(), self.shapes.ways(&self.shapes.obstacles[index]))
+                        }
+                    }
+                });
                 // Inside a polygon whose edges are far there is no surface to touch.
                 let (share, at) = first.map_or((0.0, body.from), |first| (first.share, first.at));
                 let touch = Touch { t_s: (opened as f64 + share) * self.clock.dt_s(), at_m: [at.x, at.y] };

@@ -152,7 +152,7 @@ fn a_touch_is_told_when_it_begins_and_again_when_it_has_ended() {
     go(&mut world, -0.5, 50, &mut touched);
     go(&mut world, 1.0, 100, &mut touched);
     assert_eq!(touched, [(0, With::Robot(2)); 2]);
-    // What overlaps from the beginning has been told of by whoever placed it.
+    // An overlap from the beginning is reported by the caller that placed the body.
     world.leave(0);
     let there = state(&world, 2).position;
     world.enter(0, point(1.0), there + Vector2::new(-0.39, 0.0), 0.0);

@@ -25,7 +25,7 @@ impl Solid {
         Solid { bodies: Bodies::new(dt_s, obstacles), asked: Vec::new() }
     }
 
-    /// A tick opens: who is in the world has a body here, who is not has none, and no robot has been asked yet.
+    /// A tick opens: robots in the world have a body here, the others do not, and no robot has been asked yet.
     pub(crate) fn open(&mut self, bodies: &[Body], robots: &[Option<Robot>]) {
         self.asked.clear();
         self.asked.resize(bodies.len(), None);
