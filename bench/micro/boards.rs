@@ -1,5 +1,5 @@
-//! Boards: what it takes to read the poses of so many robots, and the odometry, and to write a pose, odometry and lists.
-//! *Warm* is reading again what has not been written since. *Cold* is nearer to how a robot finds them: another processor has written everything anew, and this one
+//! Boards: the cost of reading the poses of N robots and the odometry, and of writing a pose, odometry and lists.
+//! *Warm* is reading again what has not been written since. *Cold* is nearer to how a robot finds them: another processor has written everything again, and this one
 //! has done other work and slept since.
 
 use crate::home::{Home, Other, Period};
@@ -114,7 +114,7 @@ fn cold(bencher: Bencher<'_, '_>, robots: Robots, read: fn(&mut Robots)) {
     bencher.with_inputs(|| robots.borrow_mut().turn_cold()).bench_local_values(|()| read(&mut robots.borrow_mut()));
 }
 
-/// One robot's odometry on the board of a world of so many.
+/// One robot's odometry on the board of a world of N robots.
 struct World {
     reader: WorldReader,
     writer: Other,

@@ -76,7 +76,7 @@ impl<T: Copy + 'static> EntryMut<T> {
     pub(crate) fn update<R>(&mut self, fill: impl FnOnce(&mut T) -> R) -> R {
         const LOANED: &str = "the next cell is on loan at any time";
         let next = self.next.as_mut().expect(LOANED);
-        // SAFETY: both cells hold a whole `T`. Of the two, the published one was written by whoever made the entry, and
+        // SAFETY: both cells hold a whole `T`. Of the two, the published one was written when the entry was created, and
         // the other one by `entry_mut`, before either was first handed out here. No other handle writes: an entry has one
         // producer at a time. A reader that still copies out of this cell sees by the counter of the entry that the cell
         // is not the published one any more, and copies again.

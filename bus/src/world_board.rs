@@ -151,28 +151,28 @@ impl WorldReader {
         told.odometry
     }
 
-    /// Makes `list` whom it hears, if that had been written anew when the odometry was last read (or this is the first
-    /// look); whether it had.
+    /// Fills `list` with the robots that it hears, if the world had written them again when the odometry was last read (or
+    /// this is the first look); returns whether it had.
     pub fn neighbors(&mut self, list: &mut Vec<NeighborRef>) -> bool {
         let now = Some(self.written.get()[0]);
-        let anew = std::mem::replace(&mut self.handed_out[0], now) != now;
-        if anew {
+        let changed = std::mem::replace(&mut self.handed_out[0], now) != now;
+        if changed {
             list.clear();
             list.extend_from_slice(self.neighbors.get().as_slice());
         }
-        anew
+        changed
     }
 
-    /// Makes `list` which pieces it sees, if that had been written anew when the odometry was last read (or this is the
-    /// first look); whether it had.
+    /// Fills `list` with the pieces that it sees, if the world had written them again when the odometry was last read (or
+    /// this is the first look); returns whether it had.
     pub fn sensed(&mut self, list: &mut Vec<u16>) -> bool {
         let now = Some(self.written.get()[1]);
-        let anew = std::mem::replace(&mut self.handed_out[1], now) != now;
-        if anew {
+        let changed = std::mem::replace(&mut self.handed_out[1], now) != now;
+        if changed {
             list.clear();
             list.extend_from_slice(self.sensed.get().as_slice());
         }
-        anew
+        changed
     }
 
     /// Where this piece is now. What is not on the board (the world never names such a piece) is nowhere, and has no

@@ -40,13 +40,13 @@ fn instance(slot: u32) -> RobotInstance {
     RobotInstance { index: RobotIndex(slot), incarnation: 0 }
 }
 
-/// Whom the robot hears, if that was written anew.
+/// Whom the robot hears, if the world wrote them again.
 fn neighbors_of(robot: &mut WorldReader) -> Option<Vec<NeighborRef>> {
     let mut list = vec![NeighborRef { index: 77, incarnation: 7 }];
     robot.neighbors(&mut list).then_some(list)
 }
 
-/// Which pieces the robot sees, if that was written anew.
+/// Which pieces the robot sees, if the world wrote them again.
 fn sensed_by(robot: &mut WorldReader) -> Option<Vec<u16>> {
     let mut list = vec![77];
     robot.sensed(&mut list).then_some(list)

@@ -2,7 +2,7 @@
 //!
 //! While it thinks, it stands still. It thinks anew when its goal moves by more than a step, when something unknown
 //! stands in the way of the rest of the path, and when it was pushed off the path. With `replan_moving` what moves is
-//! planned round where it is, and planned anew whenever it has moved by half a step. A search that fails is kept for a
+//! planned round where it is, and again whenever it has moved by half a step. A search that fails is kept for a
 //! look; the robot stays where it is until its goal or its knowledge changes.
 
 use super::common::Common;
@@ -80,7 +80,7 @@ impl Planner for Liquid {
             return stay(input);
         }
         let news = self.known.notice(input, self.layer.on, self.params.common.step_m / 2.0);
-        if self.must_think_anew(input, news) {
+        if self.must_think_again(input, news) {
             self.begun = true;
             self.at = 0;
             self.search.begin(input.position, input.goal);
@@ -124,13 +124,13 @@ impl Liquid {
         &self.law
     }
 
-    fn must_think_anew(&self, input: &PlanInput<'_>, news: News) -> bool {
+    fn must_think_again(&self, input: &PlanInput<'_>, news: News) -> bool {
         let path = self.search.path();
         if !self.begun || (input.goal - self.search.goal()).norm() > self.law.step_m {
             return true;
         }
         match self.search.progress() {
-            // Among things that never rest, a search that began anew with each of their moves would never end.
+            // Among things that never rest, a search that restarts with each of their moves would never end.
             Progress::Thinking => news.standing,
             Progress::Failed => news.standing || news.moving,
             Progress::Found => {

@@ -243,7 +243,7 @@ fn it_plans_again_when_something_moves_if_it_is_asked_to() {
     scene.obstacles = vec![Obstacle { velocity: Vector2::y(), ..disc(5, [2.0, 0.0], 0.3) }];
     let around = after(&scene);
     assert!(clear(&straight, &scene) < 0.0 && clear(&around, &scene) > 0.0);
-    // By less than half a step is no reason.
+    // Less than half a step does not count.
     let moved_to = |y: f64| Obstacle { velocity: Vector2::y(), ..disc(5, [2.0, y], 0.3) };
     scene.obstacles[0] = moved_to(0.04);
     assert_eq!(after(&scene), around);
@@ -261,7 +261,7 @@ fn it_plans_again_when_something_moves_if_it_is_asked_to() {
     assert_eq!(after(&scene), around);
 }
 
-/// A search goes on while things move: one that began anew with each move would never end.
+/// A search goes on while things move: one that restarted with each move would never end.
 #[test]
 fn what_never_rests_does_not_keep_it_thinking() {
     let params = offline::Params { replan_moving: true, rounds_per_tick: 3, ..offline::Params::default() };

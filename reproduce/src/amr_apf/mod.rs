@@ -183,18 +183,7 @@ fn case1_charts() -> [Series; 2] {
         };
         (0..2).for_each(|i| lines[i].push((format!("{name} (authors, Gazebo)"), stored(i))));
     }
-    let chart = |name: &str, what: &str, unit: &str, lines: Vec<Line>| {
-        let title = format!("case 1: {what} over the number of robots");
-        Series::chart(
-            Form::Lines,
-            format!("amr-apf-case1-{name}"),
-            title,
-            ["robots", &format!("{what} ({unit})")],
-            lines,
-        )
-    };
-    let [times, paths] = lines;
-    [chart("time", "operation time", "s", times), chart("path", "mean path", "m", paths)]
+    time_and_path("case1", Form::Lines, "robots", "case 1: {} over the number of robots", lines)
 }
 
 /// Operation time and mean path per layout: the paper's charts of case 2. Layouts that a method does not finish have no bar.
@@ -218,17 +207,15 @@ fn case2_charts() -> [Series; 2] {
             lines.push((name.to_owned(), points.collect()));
         }
     }
+    time_and_path("case2", Form::Bars, "layout", "case 2: {} in twelve random layouts, 8 robots", lines)
+}
+
+/// The two charts of a case, from the lines of operation times, s, and of mean paths, m. `{}` in the title is what they show.
+fn time_and_path(case: &str, form: Form, x: &str, title: &str, [times, paths]: [Vec<Line>; 2]) -> [Series; 2] {
     let chart = |name: &str, what: &str, unit: &str, lines: Vec<Line>| {
-        let title = format!("case 2: {what} in twelve random layouts, 8 robots");
-        Series::chart(
-            Form::Bars,
-            format!("amr-apf-case2-{name}"),
-            title,
-            ["layout", &format!("{what} ({unit})")],
-            lines,
-        )
+        let file = format!("amr-apf-{case}-{name}");
+        Series::chart(form, file, title.replace("{}", what), [x, &format!("{what} ({unit})")], lines)
     };
-    let [times, paths] = lines;
     [chart("time", "operation time", "s", times), chart("path", "mean path", "m", paths)]
 }
 
