@@ -6,7 +6,8 @@
 //! clock set to the end of the work ([`cause`]).
 //!
 //! Only the kernel knows how long a process was ready to run and was not let. Asking costs a system call, so it is asked
-//! ([`clock::RunQueue`]) after a late period, and otherwise once a second; [`Waits`] works out what the late period's part is.
+//! ([`clock::RunQueue`]) after a late period and every period of the second that follows, and otherwise once a second;
+//! [`Waits`] works out what the late period's part is.
 
 use crate::clock::{self, RunQueue};
 use crate::{Counter, StatsWriter};
@@ -18,7 +19,7 @@ pub const WAKE_SHARE_MAX: f64 = 0.2;
 pub const WORK_SHARE: f64 = 0.5;
 /// Odometry is old after so many periods: the world writes it once in each.
 pub const INPUT_PERIODS_MAX: u64 = 2;
-/// While nothing is late, the scheduler's counters are looked at this often, ns.
+/// While nothing is late, the scheduler's counters are looked at this often, ns; for as long after a late period, every period.
 const LOOK_EVERY_NS: u64 = 1_000_000_000;
 
 /// One period of a loop, when it is over. Times are of the monotonic clock, ns.
@@ -88,7 +89,9 @@ pub fn cause(period: &Period, waited_ns: u64, before: Cause, work: Cause) -> Cau
 ///
 /// Between two looks there are periods that were on time. They woke a little late too: partly because their timer
 /// was late, which is no waiting for a processor, partly because of it. A look after a time in which nothing was late
-/// tells how much is the timer's; the rest of their lateness was waiting and is taken off.
+/// tells how much is the timer's; the rest of their lateness was waiting and is taken off. Where late periods come again and
+/// again there is no such time, and on a busy processor timers are as late as queues are long: so after a late period each
+/// one is looked at, and what was counted since is the next late one's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Waits {
     /// How late the timer itself is, ns.
@@ -96,9 +99,16 @@ pub struct Waits {
     /// Periods on time since the last look, and how late they woke together, ns.
     on_time: u64,
     lateness_ns: u64,
+    /// Until then every period is looked at.
+    closely_until_ns: u64,
 }
 
 impl Waits {
+    /// Whether to look after a period that was on time and is over `now_ns`; the last look was `looked_ns`.
+    pub fn wants_look(&self, now_ns: u64, looked_ns: u64) -> bool {
+        now_ns < self.closely_until_ns || now_ns.saturating_sub(looked_ns) > LOOK_EVERY_NS
+    }
+
     /// A period was on time.
     pub fn on_time(&mut self, wake_ns: u64) {
         self.on_time += 1;
@@ -112,8 +122,9 @@ impl Waits {
         (self.on_time, self.lateness_ns) = (0, 0);
     }
 
-    /// A look after a late period: how much of `waited_ns` was its.
-    pub fn late(&mut self, waited_ns: u64) -> u64 {
+    /// A look after a late period that is over `now_ns`: how much of `waited_ns` was its.
+    pub fn late(&mut self, waited_ns: u64, now_ns: u64) -> u64 {
+        self.closely_until_ns = now_ns + LOOK_EVERY_NS;
         let others_ns = self.lateness_ns.saturating_sub(self.on_time * self.timer_ns);
         (self.on_time, self.lateness_ns) = (0, 0);
         waited_ns.saturating_sub(others_ns)
@@ -154,8 +165,8 @@ impl Watch {
     }
 
     /// A period is over; its `free_ns` is not looked at. Counts it, its misses, how late the process woke for it and for
-    /// those that it slept or worked through, and its cause if it was late. One system call if it was late, or if there
-    /// was none for a second; else none.
+    /// those that it slept or worked through, and its cause if it was late. One system call if one was late within the last
+    /// second, or if there was none for a second; else none.
     pub fn judge(&mut self, stats: &mut StatsWriter, period: Period) {
         let period = Period { free_ns: std::mem::replace(&mut self.free_ns, period.done_ns), ..period };
         let missed = if self.catches_up { period.missed().min(1) } else { period.missed() };
@@ -168,12 +179,12 @@ impl Watch {
         stats.record_stall(Metric::Wake, period.done_ns.saturating_sub(first_ns), period.period_ns, skipped);
         if period.is_late() {
             let delta_ns = self.look(stats);
-            let cause = cause(&period, self.waits.late(delta_ns), self.before, self.work);
+            let cause = cause(&period, self.waits.late(delta_ns, period.done_ns), self.before, self.work);
             stats.add_late(cause, 1 + skipped);
             self.before = cause;
         } else {
             self.waits.on_time(period.wake_ns());
-            if period.done_ns.saturating_sub(self.looked_ns) > LOOK_EVERY_NS {
+            if self.waits.wants_look(period.done_ns, self.looked_ns) {
                 let delta_ns = self.look(stats);
                 self.waits.quiet(delta_ns);
             }
@@ -270,12 +281,23 @@ mod tests {
         assert_eq!(waits.timer_ns, 40_000);
         // Quiet, then one that waited 6 ms.
         (0..20).for_each(|_| waits.on_time(50_000));
-        assert_eq!(waits.late(20 * 10_000 + 6 * MS), 6 * MS);
+        let at = 1000 * MS;
+        assert_eq!(waits.late(20 * 10_000 + 6 * MS, at), 6 * MS);
         // Others arrive: every period waits 3 ms; then one is late for another reason.
         (0..10).for_each(|_| waits.on_time(3 * MS + 40_000));
-        assert_eq!(waits.late(30 * MS), 0);
+        assert_eq!(waits.late(30 * MS, at), 0);
         // Nothing between two late ones: all of it belongs to the second.
-        assert_eq!(waits.late(7 * MS), 7 * MS);
+        assert_eq!(waits.late(7 * MS, at), 7 * MS);
+    }
+
+    #[test]
+    fn after_a_late_period_every_period_is_looked_at() {
+        let mut waits = Waits::default();
+        let second = LOOK_EVERY_NS;
+        assert!(!waits.wants_look(9 * second, 8 * second) && waits.wants_look(9 * second + 1, 8 * second));
+        waits.late(0, 10 * second);
+        assert!(waits.wants_look(10 * second + 1, 10 * second) && waits.wants_look(11 * second - 1, 11 * second - 2));
+        assert!(!waits.wants_look(11 * second, 11 * second - 1));
     }
 
     proptest! {

@@ -160,7 +160,7 @@ impl Running {
             let bytes = end.map(|thread| thread.join().expect("reading does not panic")).unwrap_or_default();
             String::from_utf8(bytes).expect("what shoal prints is UTF-8")
         };
-        let (stdout, stderr) = (text(self.out.take()), text(self.err.take()));
+        let (stdout, stderr) = (text(self.out.take()), without_cleaning(&text(self.err.take())));
         Ended { code: status.code(), stdout, stderr, shown: std::mem::take(&mut self.shown) }
     }
 }
@@ -187,7 +187,7 @@ pub struct Ended {
     pub code: Option<i32>,
     /// What it wrote to standard output.
     pub stdout: String,
-    /// What it wrote to standard error.
+    /// What it wrote to standard error, but for what it cleaned away of fleets that others have left.
     pub stderr: String,
     shown: String,
 }
@@ -198,6 +198,13 @@ impl std::fmt::Display for Ended {
         let stdout: String = stdout.chars().take(4000).collect();
         write!(f, "$ {shown}\nexit code: {code:?}\n-- stdout --\n{stdout}\n-- stderr --\n{stderr}")
     }
+}
+
+/// What was said, but for what was cleaned away first: another test, or whatever ran on this machine before, may have been
+/// killed at any time, and the next shoal of all removes what it left.
+fn without_cleaning(said: &str) -> String {
+    let is_cleaning = |line: &&str| line.starts_with("removed what fleet ") && line.contains(" left behind: ");
+    said.split_inclusive('\n').filter(|line| !is_cleaning(line)).collect()
 }
 
 /// The text of a file, if it can be read.
