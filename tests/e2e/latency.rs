@@ -253,8 +253,10 @@ fn an_agent_makes_one_system_call_a_period_watched_or_not() {
     let of = |name: &str| text.lines().skip(begun).filter(|line| line.starts_with(name)).count() as u64;
     let (sleeps, looks) = (of("clock_nanosleep("), of("pread64("));
     assert!(periods >= 50 && sleeps <= periods + 3, "{sleeps} sleeps in {periods} periods");
-    // One look at the scheduler's counters after a late period, and about one a second.
-    assert!(looks <= late + periods / 50 + 3, "{looks} looks, {late} of {periods} late");
+    // About one look at the scheduler's counters a second; after a late period one after each of the second that follows.
+    // Tracing makes the agent slow, and the first of these may have been late before the first count.
+    let closely = if Blame::of(after.late()).late > 0 { periods.min(51 * (late + 1)) } else { 0 };
+    assert!(looks <= closely + periods / 50 + 3, "{looks} looks, {late} of {periods} late");
     let others = text.lines().skip(begun).filter(|line| {
         !["clock_nanosleep(", "pread64(", "restart_syscall("].iter().any(|known| line.starts_with(known))
     });
