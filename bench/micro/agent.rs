@@ -2,7 +2,7 @@
 
 use crate::route::{Cell, MEASURED, Route, WARM_UP};
 use divan::Bencher;
-use model::{RobotIndex, RobotInstance};
+use model::{Radio, RobotIndex, RobotInstance};
 use planners::PlanInput;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::SharedPose;
@@ -35,7 +35,10 @@ fn step(bencher: Bencher<'_, '_>, cell: &Cell) {
     let mut run = |tick: usize| {
         let (odometry, heard) = black_box(&told[tick]);
         let mut pose = SharedPose::default();
-        let outputs = agent.step(&AgentInputs { odometry, heard, pieces: &pieces, time: Time::Ticks }, &mut pose);
+        let outputs = agent.step(
+            &AgentInputs { odometry, heard, radio: Radio::PERFECT, pieces: &pieces, time: Time::Ticks },
+            &mut pose,
+        );
         (outputs, pose)
     };
     (0..WARM_UP).for_each(|tick| _ = run(tick));

@@ -2,7 +2,7 @@
 #![expect(clippy::disallowed_methods, reason = "the sizes of a fleet are a file in its root")]
 
 use crate::{Address, BusError, Result, control, frames, stats};
-use protocol::world_to_robot::{NeighborList, Odometry, Piece, SensedList};
+use protocol::world_to_robot::{Impairment, NeighborList, Odometry, Piece, SensedList};
 use std::path::Path;
 
 /// Everything that shared memory is made for, once, when the fleet starts.
@@ -73,8 +73,11 @@ impl Sizes {
         let participants = self.participants_max() as u64;
         let entry = |size: usize| 16 + 2 * size as u64;
         // iceoryx2 describes an entry in some 400 bytes.
-        let per_slot = entry(size_of::<Odometry>()) + entry(size_of::<NeighborList>()) + entry(size_of::<SensedList>());
-        let world = robots * (per_slot + 3 * 400)
+        let per_slot = entry(size_of::<Odometry>())
+            + entry(size_of::<NeighborList>())
+            + entry(size_of::<SensedList>())
+            + entry(size_of::<Impairment>());
+        let world = robots * (per_slot + 4 * 400)
             + u64::from(self.pieces()) * (entry(size_of::<Piece>()) + 400)
             + participants * 200;
         // Three objects and a file per board, a few pages of which are used, and some room per participant. Half as many

@@ -1,11 +1,11 @@
-//! What the world tells every robot: one iceoryx2 blackboard with three entries per slot and one per piece.
+//! What the world tells every robot: one iceoryx2 blackboard with four entries per slot and one per piece.
 
 use crate::board::{self, Board, Entry, EntryMut, Key, Watched};
 use crate::node::Node;
 use crate::{Result, Sizes};
 use iceoryx2::prelude::ZeroCopySend;
 use model::RobotIndex;
-use protocol::world_to_robot::{NeighborList, NeighborRef, Odometry, Piece, SensedList};
+use protocol::world_to_robot::{Impairment, NeighborList, NeighborRef, Odometry, Piece, SensedList};
 use std::cell::Cell;
 
 const NAME: &str = "world";
@@ -28,6 +28,7 @@ enum Kind {
     Neighbors,
     Sensed,
     Piece,
+    Impairment,
 }
 
 fn key(kind: Kind, index: u32) -> Key {
@@ -41,7 +42,8 @@ pub(crate) fn create(node: &Node, sizes: Sizes) -> Result<Board> {
         creator = creator
             .add(key(Kind::Odometry, robot), Told::default())
             .add(key(Kind::Neighbors, robot), NeighborList::EMPTY)
-            .add(key(Kind::Sensed, robot), SensedList::EMPTY);
+            .add(key(Kind::Sensed, robot), SensedList::EMPTY)
+            .add(key(Kind::Impairment, robot), Impairment::default());
     }
     for piece in 0..sizes.pieces() {
         creator = creator.add(key(Kind::Piece, piece), Piece::default());
@@ -57,6 +59,7 @@ pub struct WorldWriter {
     neighbors: Vec<EntryMut<NeighborList>>,
     sensed: Vec<EntryMut<SensedList>>,
     pieces: Vec<EntryMut<Piece>>,
+    impairments: Vec<EntryMut<Impairment>>,
 }
 
 impl WorldWriter {
@@ -80,6 +83,7 @@ impl WorldWriter {
             neighbors: all(&writer, Kind::Neighbors, sizes.max_robots, &NeighborList::EMPTY)?,
             sensed: all(&writer, Kind::Sensed, sizes.max_robots, &SensedList::EMPTY)?,
             pieces: all(&writer, Kind::Piece, sizes.pieces(), &Piece::default())?,
+            impairments: all(&writer, Kind::Impairment, sizes.max_robots, &Impairment::default())?,
         })
     }
 
@@ -96,6 +100,17 @@ impl WorldWriter {
     /// Whom the robot hears, in the order of robots. To be written when it changes, before its odometry.
     pub fn neighbors(&mut self, index: RobotIndex, neighbors: &[NeighborRef]) {
         self.neighbors[index.at()].update(|list| list.set(neighbors));
+        self.hearing_written(index);
+    }
+
+    /// What the radio and faults do to the robot. To be written when it changes, before its odometry.
+    pub fn impairment(&mut self, index: RobotIndex, impairment: Impairment) {
+        self.impairments[index.at()].update(|told| *told = impairment);
+        self.hearing_written(index);
+    }
+
+    /// Whom a robot hears and how well have one counter: neither changes often.
+    fn hearing_written(&mut self, index: RobotIndex) {
         let [neighbors_written, _] = &mut self.written[index.at()];
         *neighbors_written = neighbors_written.wrapping_add(1);
     }
@@ -119,6 +134,7 @@ pub struct WorldReader {
     odometry: Entry<Told>,
     neighbors: Entry<NeighborList>,
     sensed: Entry<SensedList>,
+    impairment: Entry<Impairment>,
     /// Sorted by index.
     pieces: Vec<(u16, Watched<Piece>)>,
     /// How often the lists were written, as the odometry told last, and as it was when they were handed out.
@@ -137,6 +153,7 @@ impl WorldReader {
             odometry: board::entry(&reader, NAME, key(Kind::Odometry, index.0))?,
             neighbors: board::entry(&reader, NAME, key(Kind::Neighbors, index.0))?,
             sensed: board::entry(&reader, NAME, key(Kind::Sensed, index.0))?,
+            impairment: board::entry(&reader, NAME, key(Kind::Impairment, index.0))?,
             pieces: Vec::new(),
             written: Cell::default(),
             handed_out: [None; 2],
@@ -151,8 +168,9 @@ impl WorldReader {
         told.odometry
     }
 
-    /// Fills `list` with the robots that it hears, if the world had written them again when the odometry was last read (or
-    /// this is the first look); returns whether it had.
+    /// Fills `list` with the robots that it hears, if the world had written them, or the robot's
+    /// [`impairment`](WorldReader::impairment), again when the odometry was last read (or this is the first look);
+    /// returns whether it had.
     pub fn neighbors(&mut self, list: &mut Vec<NeighborRef>) -> bool {
         let now = Some(self.written.get()[0]);
         let changed = std::mem::replace(&mut self.handed_out[0], now) != now;
@@ -161,6 +179,11 @@ impl WorldReader {
             list.extend_from_slice(self.neighbors.get().as_slice());
         }
         changed
+    }
+
+    /// What the radio and faults do to the robot. It is new when [`neighbors`](WorldReader::neighbors) says so.
+    pub fn impairment(&self) -> Impairment {
+        *self.impairment.get()
     }
 
     /// Fills `list` with the pieces that it sees, if the world had written them again when the odometry was last read (or

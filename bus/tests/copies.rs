@@ -15,7 +15,7 @@ use model::{MAX_ROBOTS, RobotIndex, RobotInstance};
 use protocol::robot_to_robot::SharedPose;
 use protocol::robot_to_world::Command;
 use protocol::world_to_observer::FrameBody;
-use protocol::world_to_robot::{MAX_SENSED, NeighborList, NeighborRef, Odometry, Piece, SensedList};
+use protocol::world_to_robot::{Impairment, MAX_SENSED, NeighborList, NeighborRef, Odometry, Piece, SensedList};
 use shoal_bus::{Node, Poses, RobotWriter, Services, Sizes, WorldReader, WorldWriter};
 use std::collections::BTreeSet;
 
@@ -154,6 +154,7 @@ fn the_table_of_copies_has_the_sizes_of_the_messages() {
         ("Odometry", size_of::<Odometry>() + 8),
         ("NeighborList", size_of::<NeighborList>()),
         ("SensedList", size_of::<SensedList>()),
+        ("Impairment", size_of::<Impairment>()),
         ("Piece", size_of::<Piece>()),
         ("SharedPose", size_of::<SharedPose>()),
         ("Command", size_of::<Command>()),

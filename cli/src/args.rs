@@ -3,6 +3,7 @@
 mod bench;
 mod check;
 mod fleet;
+mod inject;
 mod internal;
 mod run;
 mod values;
@@ -10,6 +11,7 @@ mod values;
 pub use bench::*;
 pub use check::*;
 pub use fleet::*;
+pub use inject::*;
 pub use internal::*;
 pub use run::*;
 pub use values::{Pose, parse_duration, parse_point, parse_pose};
@@ -76,6 +78,9 @@ pub enum Verb {
     /// Send tasks to robots of a running fleet
     #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
     Task(TaskVerb),
+    /// Put a fault on a robot of a running fleet
+    #[command(subcommand, subcommand_value_name = "FAULT", subcommand_help_heading = "Faults")]
+    Inject(InjectVerb),
     /// The process of one robot; started by the daemon.
     #[command(hide = true)]
     Agent(AgentArgs),

@@ -66,6 +66,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Stress(options) => verbs::stress::run(options),
         Verb::Add(options) => done(verbs::add::run(options)),
         Verb::Task(verb) => done(verbs::task::run(verb)),
+        Verb::Inject(verb) => done(verbs::inject::run(verb)),
         Verb::Agent(options) => done(verbs::internal::agent(options)),
         Verb::World(options) => done(verbs::internal::world(options)),
         Verb::Bare(options) => done(verbs::internal::bare(options)),

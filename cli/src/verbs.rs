@@ -5,6 +5,7 @@ pub mod bench;
 pub mod clean;
 pub mod doctor;
 pub mod fleet;
+pub mod inject;
 pub mod internal;
 pub mod latency;
 pub mod planners;

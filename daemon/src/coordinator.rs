@@ -11,7 +11,7 @@ use model::{
 };
 use operators::Waiting;
 pub use operators::{Answer, CONFIRM_WITHIN, WAITING_MAX};
-use protocol::daemon_to_world::{Absence, Order, Ticket};
+use protocol::daemon_to_world::{Absence, FaultId, Order, Ticket};
 use protocol::operator_to_daemon::Reply;
 use protocol::world_to_daemon::Notice;
 use std::time::Duration;
@@ -132,6 +132,7 @@ pub struct Coordinator {
     /// When the newest request for the end came.
     interrupted_at: Option<Duration>,
     tasks: TaskId,
+    faults: FaultId,
     /// What operators asked for and the world has not answered, in the order in which it was asked for.
     waiting: Vec<Waiting>,
     /// When time was looked at last.
@@ -166,6 +167,7 @@ impl Coordinator {
             stopping: false,
             interrupted_at: None,
             tasks: TaskId(0),
+            faults: FaultId(0),
             waiting: Vec::new(),
             looked_at: None,
             missed: Missed::default(),

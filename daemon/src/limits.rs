@@ -3,7 +3,7 @@
 #![expect(clippy::disallowed_methods, reason = "the daemon looks at the machine")]
 
 use crate::error::{Error, Kind};
-use model::{Mode, Scenario, TimelineAction};
+use model::{Fault, Mode, Scenario, TimelineAction};
 use report::text::bytes_text;
 use rustix::process::{Resource, getrlimit};
 use std::fs;
@@ -209,7 +209,8 @@ fn fits(scenario: &Scenario, processes: Option<u64>, memory: Option<u64>) -> Res
 fn together(scenario: &Scenario) -> u64 {
     let count = |pick: fn(&TimelineAction) -> bool| scenario.events.iter().filter(|event| pick(&event.what)).count();
     let late = count(|what| matches!(what, TimelineAction::Join { .. }));
-    let gone = count(|what| matches!(what, TimelineAction::Leave { .. } | TimelineAction::Kill { .. }));
+    let gone =
+        count(|what| matches!(what, TimelineAction::Leave { .. } | TimelineAction::Fault { fault: Fault::Kill, .. }));
     scenario.robots.len().saturating_sub(late.min(gone)) as u64
 }
 

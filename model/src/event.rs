@@ -2,8 +2,9 @@
 
 use crate::body::{BodyKind, Drive};
 use crate::ids::RobotIndex;
-use crate::scenario::Radio;
+use crate::radio::Radio;
 use crate::task::{GoalSource, Task};
+use crate::timeline::{Fault, FaultSource};
 use serde::{Deserialize, Serialize};
 
 /// An entry of the log of a run.
@@ -136,8 +137,11 @@ events! {
         /// Where and when first.
         touch: Touch,
     } = "contact";
-    /// The timeline killed the robot's process.
-    Killed = "killed";
+    /// The timeline or an operator killed the robot's process.
+    Killed {
+        /// Who wanted it.
+        source: FaultSource,
+    } = "killed";
     /// The robot's process ended unasked.
     Died {
         /// The signal, if it was one.
@@ -147,10 +151,12 @@ events! {
         /// What it printed last, or what else is known; may be empty.
         words: String,
     } = "died";
-    /// The timeline stopped the robot's process.
+    /// The timeline or an operator stopped the robot's process.
     Paused {
-        /// It goes on at this tick.
-        until_tick: u64,
+        /// Who wanted it.
+        source: FaultSource,
+        /// It goes on at this tick; `None`: when it is resumed.
+        until_tick: Option<u64>,
     } = "paused";
     /// The robot did not answer and stands still until it does.
     Held {
@@ -177,6 +183,20 @@ events! {
         /// What it is from now on.
         radio: Radio,
     } = "radio";
+    /// The timeline or an operator put a fault on the robot that lasts.
+    Fault {
+        /// Who wanted it.
+        source: FaultSource,
+        /// What it is.
+        fault: Fault,
+        /// It ends at this tick; `None`: when the robot is resumed.
+        until_tick: Option<u64>,
+    } = "fault";
+    /// A fault is over.
+    FaultOver {
+        /// Which.
+        fault: Fault,
+    } = "fault-over";
     /// Time stood still for the world's process, and went on from there.
     Gap {
         /// For so long, ms.
@@ -212,6 +232,10 @@ impl EventKind {
             0 => String::new(),
             _ => format!("incarnation {incarnation}"),
         };
+        let until = |tick: Option<u64>| match tick {
+            Some(tick) => format!("until tick {tick}"),
+            None => "until resumed".to_owned(),
+        };
         match self {
             EventKind::Resumed { held: true, .. } => "answers again".to_owned(),
             EventKind::Joined { incarnation }
@@ -229,7 +253,7 @@ impl EventKind {
             EventKind::TaskDone { source } => source.to_string(),
             EventKind::OffGoal { distance_m } => format!("{distance_m:.3} m"),
             EventKind::Contact { with, .. } => format!("with {}", with.words(name)),
-            EventKind::Killed => "timeline".to_owned(),
+            EventKind::Killed { source } => source.to_string(),
             EventKind::Died { signal, code, words } => {
                 let ending = match (signal, code) {
                     (Some(signal), _) => format!("signal {signal}"),
@@ -239,7 +263,9 @@ impl EventKind {
                 let parts = [ending.as_str(), words.as_str()];
                 parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(": ")
             }
-            EventKind::Paused { until_tick } => format!("until tick {until_tick}"),
+            EventKind::Paused { source, until_tick } => format!("{source}: {}", until(*until_tick)),
+            EventKind::Fault { source, fault, until_tick } => format!("{source}: {fault}, {}", until(*until_tick)),
+            EventKind::FaultOver { fault } => fault.to_string(),
             EventKind::Held { silence } | EventKind::Dropped { silence } => match silence {
                 Silence::Overdue => "overdue".to_owned(),
                 Silence::Stopped => "stopped".to_owned(),
@@ -312,6 +338,17 @@ mod tests {
             (died(None, Some(3), ""), "died", "exit code 3"),
             (died(None, None, "gone"), "died", "gone"),
             (EventKind::Held { silence: Silence::Stopped }, "held", "stopped"),
+            (EventKind::Killed { source: FaultSource::Operator }, "killed", "operator"),
+            (
+                EventKind::Paused { source: FaultSource::Timeline, until_tick: Some(20) },
+                "paused",
+                "timeline: until tick 20",
+            ),
+            (
+                EventKind::Fault { source: FaultSource::Operator, fault: Fault::Delay { ticks: 5 }, until_tick: None },
+                "fault",
+                "operator: delay of 5 ticks, until resumed",
+            ),
         ];
         for (kind, word, detail) in cases {
             assert_eq!((kind.name().word(), &*kind.detail(&|robot| format!("r{:02}", robot.0))), (word, detail));

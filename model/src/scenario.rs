@@ -7,7 +7,8 @@ use crate::body::{BodyKind, Dynamics, Limits, Physics, Wheels};
 use crate::choice;
 use crate::params::ParamValues;
 use crate::problem::Problem;
-use crate::task::Task;
+use crate::radio::Radio;
+use crate::timeline::TimelineEvent;
 use geometry::{ArmGeometry, ArmState, Capsule};
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -246,29 +247,6 @@ pub fn cpu_list(cpus: &[u16]) -> String {
     runs.collect::<Vec<_>>().join(",")
 }
 
-/// The radio between robots. Delay, loss and noise act where a pose is received.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Radio {
-    /// Poses are heard late by this many ticks, on top of the one tick that every pose takes.
-    pub delay_ticks: u32,
-    /// Share of poses that get lost, 0 to 1, drawn per receiver, sender and tick.
-    pub drop: f64,
-    /// Standard deviation of the error on a received position, m, per axis.
-    pub noise_m: f64,
-}
-
-impl Radio {
-    /// The radio as it is without faults.
-    pub const PERFECT: Radio = Radio { delay_ticks: 0, drop: 0.0, noise_m: 0.0 };
-    /// Longest delay: a receiver remembers this many poses of each neighbour.
-    pub const DELAY_TICKS_MAX: u32 = 255;
-
-    /// Whether every pose that comes in range is heard, without an added delay.
-    pub fn is_sure(&self) -> bool {
-        self.delay_ticks == 0 && self.drop <= 0.0
-    }
-}
-
 /// Something in the world that is not a robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Obstacle {
@@ -451,56 +429,6 @@ pub struct Restart {
     pub limit: u32,
     /// It comes back this many ticks after it went.
     pub delay_ticks: u64,
-}
-
-/// Something that happens at the beginning of a tick.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TimelineEvent {
-    /// The tick.
-    pub tick: u64,
-    /// What happens.
-    pub what: TimelineAction,
-}
-
-/// What can happen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum TimelineAction {
-    /// The robot of this slot enters the world; before that it is not there.
-    Join {
-        /// Slot of the robot.
-        robot: usize,
-    },
-    /// The robot goes, and is gone.
-    Leave {
-        /// Slot of the robot.
-        robot: usize,
-    },
-    /// The robot is given a goal.
-    Task {
-        /// Slot of the robot.
-        robot: usize,
-        /// The goal.
-        task: Task,
-    },
-    /// The robot's process is killed: absent from this tick on, its body stays.
-    Kill {
-        /// Slot of the robot.
-        robot: usize,
-    },
-    /// The robot's process is stopped for some ticks: it stands still and is silent.
-    Pause {
-        /// Slot of the robot.
-        robot: usize,
-        /// For so long, ticks, at least one.
-        ticks: u64,
-    },
-    /// The radio changes from now on, for one receiver or for all.
-    Radio {
-        /// Slot of the receiver; `None` is all.
-        robot: Option<usize>,
-        /// What it is from now on.
-        radio: Radio,
-    },
 }
 
 /// When a run counts as a success.

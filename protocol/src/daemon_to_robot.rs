@@ -1,6 +1,6 @@
 //! What the daemon tells an agent when it starts it: a file in the root of the run, read once.
 
-use model::{Clock, Radio, Robot, RobotInstance, Scenario, TimelineAction};
+use model::{Clock, Robot, RobotInstance, Scenario};
 use serde::{Deserialize, Serialize};
 
 /// Everything an agent needs to know of the scenario.
@@ -20,21 +20,11 @@ pub struct AgentSpec {
     pub max_robots: u32,
     /// The fixed obstacles, if the robot knows the map; else empty.
     pub map: Vec<MapPiece>,
-    /// The radio of this receiver: from which tick on it is what. The first entry is for tick 0.
-    pub radio: Vec<(u64, Radio)>,
 }
 
 impl AgentSpec {
     /// The part of a scenario that the agent of this instance may know.
     pub fn new(scenario: &Scenario, robot: &Robot, instance: RobotInstance) -> AgentSpec {
-        let mut radio = vec![(0, scenario.radio)];
-        for event in &scenario.events {
-            if let TimelineAction::Radio { robot, radio: new } = &event.what
-                && robot.is_none_or(|place| place == instance.index.at())
-            {
-                radio.push((event.tick, *new));
-            }
-        }
         let mut map = Vec::new();
         if robot.knows_map {
             for (id, obstacle) in scenario.obstacles.iter().enumerate().filter(|(_, o)| o.motion.is_none()) {
@@ -49,7 +39,6 @@ impl AgentSpec {
             shape_pieces: scenario.shape_pieces(),
             max_robots: scenario.fleet.max_robots as u32,
             map,
-            radio,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What the daemon tells the world: facts about processes, and what operators ask for. The world decides what they
 //! mean, at the next boundary between two ticks.
 
-use model::{Robot, RobotIndex, RobotInstance, Task, TaskId};
+use model::{Fault, Robot, RobotIndex, RobotInstance, Task, TaskId};
 use serde::{Deserialize, Serialize};
 
 /// One order.
@@ -28,6 +28,17 @@ pub enum Order {
         /// The goal.
         task: Task,
     },
+    /// Something is done to a robot, on purpose.
+    Fault {
+        /// Its number, given by the daemon.
+        id: FaultId,
+        /// Index of the robot.
+        index: RobotIndex,
+        /// What is done.
+        fault: Fault,
+        /// For this many ticks, at least one; `None`: until the robot is resumed.
+        ticks: Option<u64>,
+    },
     /// The process of this instance does not answer.
     Absent {
         /// Whose.
@@ -47,7 +58,13 @@ pub enum Ticket {
     Admit(RobotIndex),
     /// [`Order::Task`] with this number.
     Task(TaskId),
+    /// [`Order::Fault`] with this number.
+    Fault(FaultId),
 }
+
+/// The number of a fault that an operator asked for, given by the daemon: 0 for the first of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct FaultId(pub u32);
 
 impl Order {
     /// Its ticket, if it has one.
@@ -55,6 +72,7 @@ impl Order {
         match self {
             Order::Admit { index, .. } => Some(Ticket::Admit(*index)),
             Order::Task { id, .. } => Some(Ticket::Task(*id)),
+            Order::Fault { id, .. } => Some(Ticket::Fault(*id)),
             Order::Remove { .. } | Order::Absent { .. } | Order::Stop => None,
         }
     }

@@ -1,11 +1,11 @@
 //! What a second terminal asks of a running fleet, and what it is answered.
 
-use model::{Mode, ProcessState, RobotIndex, Task, TaskId};
+use model::{Fault, Mode, ProcessState, RobotIndex, Task, TaskId};
 use serde::{Deserialize, Serialize};
 
 /// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
 /// anything else.
-pub const PROTOCOL_VERSION: u32 = 4;
+pub const PROTOCOL_VERSION: u32 = 5;
 
 /// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +20,15 @@ pub enum Request {
         robot: String,
         /// The goal.
         task: Task,
+    },
+    /// Do something to a robot, on purpose.
+    Inject {
+        /// Name of the robot.
+        robot: String,
+        /// What is done.
+        fault: Fault,
+        /// For this long in simulated time, s; `None`: until the robot is resumed.
+        for_s: Option<f64>,
     },
 }
 
@@ -58,6 +67,11 @@ pub enum Reply {
     Tasked {
         /// Number of the task.
         id: TaskId,
+    },
+    /// It has been done to the robot.
+    Injected {
+        /// It ends after this many ticks; `None`: when the robot is resumed, or it is over already.
+        ticks: Option<u64>,
     },
     /// It has been handed on to the world, which has not said within a few seconds whether it takes it, and may still do
     /// so.

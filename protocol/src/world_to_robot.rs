@@ -1,9 +1,9 @@
-//! What the world tells one robot: where it is and where to go, whom it hears, what it sees.
+//! What the world tells one robot: where it is and where to go, whom it hears and how well, what it sees.
 //!
-//! All three are entries of the world's board. The odometry is written every tick, the lists when they change.
+//! All of these are entries of the world's board. The odometry is written every tick, the others when they change.
 
 use iceoryx2::prelude::ZeroCopySend;
-use model::{MAX_ROBOTS, MAX_SHAPES, RobotIndex, RobotInstance};
+use model::{MAX_ROBOTS, MAX_SHAPES, Radio, RobotIndex, RobotInstance};
 
 /// Most pieces that can be in sight: every piece of every obstacle, every robot, and the links of arms, whose second
 /// links count among the shapes.
@@ -84,6 +84,34 @@ impl From<RobotInstance> for NeighborRef {
 impl From<NeighborRef> for RobotInstance {
     fn from(NeighborRef { index, incarnation }: NeighborRef) -> RobotInstance {
         RobotInstance { index: RobotIndex(index), incarnation }
+    }
+}
+
+/// What the radio and faults on purpose do to a robot: how well it hears, and how fast it computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.Impairment.v1")]
+pub struct Impairment {
+    /// Share of the poses that get lost, 0 to 1.
+    pub drop: f64,
+    /// Standard deviation of the error on a received position, m, per axis.
+    pub noise_m: f64,
+    /// Poses are heard late by this many ticks.
+    pub delay_ticks: u32,
+    /// Every plan takes longer by this time, µs.
+    pub slow_us: u32,
+}
+
+impl Impairment {
+    /// That of a robot with this radio, whose plans take longer by `slow_us`.
+    pub fn new(radio: Radio, slow_us: u32) -> Impairment {
+        let Radio { delay_ticks, drop, noise_m } = radio;
+        Impairment { drop, noise_m, delay_ticks, slow_us }
+    }
+
+    /// The radio in it.
+    pub fn radio(&self) -> Radio {
+        Radio { delay_ticks: self.delay_ticks, drop: self.drop, noise_m: self.noise_m }
     }
 }
 

@@ -6,8 +6,8 @@ use super::judge::{exit_code, impaired_because, starved_because, unmet, verdict}
 use super::text::{Style, render};
 use super::*;
 use model::{
-    BodyKind, Bounds, Class, Clock, Dynamics, Event, EventKind, Expect, Fleet, GoalSource, Limits, Metric, ParamValues,
-    Partner, Physics, Processes, Radio, Restart, Robot, RobotOutcome, Scheduling, Silence, Stall, Stop,
+    BodyKind, Bounds, Class, Clock, Dynamics, Event, EventKind, Expect, FaultSource, Fleet, GoalSource, Limits, Metric,
+    ParamValues, Partner, Physics, Processes, Radio, Restart, Robot, RobotOutcome, Scheduling, Silence, Stall, Stop,
     StragglerPolicy, Task, TaskId, Touch,
 };
 
@@ -220,7 +220,7 @@ fn failures() -> RunFacts {
     facts.outcome.events.extend([
         contact(210, 3, 7),
         event(250, 1, EventKind::Task { source: GoalSource::Operator(TaskId(0)), task, given_up: 0 }),
-        event(300, 24, EventKind::Killed),
+        event(300, 24, EventKind::Killed { source: FaultSource::Timeline }),
         event(400, 2, EventKind::Joined { incarnation: 1 }),
         contact(455, 3, 7),
         event(500, 0, EventKind::Arrived),
@@ -561,8 +561,8 @@ fn a_robot_that_lacked_something_spoils_the_verdict_whatever_the_timing_was() {
     let mut facts = realtime(3);
     for kind in [
         EventKind::Died { signal: Some(9), code: None, words: String::new() },
-        EventKind::Killed,
-        EventKind::Paused { until_tick: 20 },
+        EventKind::Killed { source: FaultSource::Timeline },
+        EventKind::Paused { source: FaultSource::Timeline, until_tick: Some(20) },
         EventKind::Held { silence: Silence::Overdue },
         EventKind::Dropped { silence: Silence::Overdue },
         EventKind::Restarted { incarnation: 1 },

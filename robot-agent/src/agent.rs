@@ -2,7 +2,7 @@
 
 use crate::radio::Receiver;
 use geometry::ArmState;
-use model::{Drive, PlanState, RobotInstance};
+use model::{Drive, PlanState, Radio, RobotInstance};
 use nalgebra::{Point2, Vector2};
 use planners::{Chassis, Identity, Neighbor, Obstacle, ParamError, PlanInput, Planner};
 use protocol::daemon_to_robot::{AgentSpec, MapPiece};
@@ -23,6 +23,8 @@ pub struct AgentInputs<'a> {
     /// Whom it hears and the pose that counts of each, sorted by slot: the newest of a tick before this one, or in
     /// `realtime` the newest.
     pub heard: &'a [(NeighborRef, SharedPose)],
+    /// What the radio does at this tick to what it hears.
+    pub radio: Radio,
     /// What it sees, sorted by piece index.
     pub pieces: &'a [Piece],
     /// How to tell the age of a pose.
@@ -125,7 +127,7 @@ impl Agent {
 
     /// An agent with this method, whatever its spec names: how a user brings a planner that shoal does not have.
     pub fn with_planner(spec: AgentSpec, planner: Box<dyn Planner>) -> Agent {
-        let receiver = Receiver::new(spec.clock.seed, spec.instance, spec.radio.clone());
+        let receiver = Receiver::new(spec.clock.seed, spec.instance);
         let map = spec.map.iter().map(on_map).collect();
         Agent {
             spec,
@@ -153,7 +155,7 @@ impl Agent {
     pub fn step(&mut self, inputs: &AgentInputs<'_>, pose: &mut SharedPose) -> AgentOutputs {
         let odometry = inputs.odometry;
         let dt_s = self.spec.clock.dt_s();
-        self.receiver.receive(odometry.tick, inputs.time, inputs.heard);
+        self.receiver.receive(odometry.tick, inputs.time, inputs.radio, inputs.heard);
         self.neighbors.clear();
         self.neighbors.extend(self.receiver.neighbors(odometry.tick, dt_s, inputs.time));
         self.see(inputs.pieces);

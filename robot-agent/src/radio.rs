@@ -54,23 +54,21 @@ impl Track {
 
 /// The receiver of one robot.
 pub struct Receiver {
-    schedule: Vec<(u64, Radio)>,
     tracks: Vec<Track>,
     losses: Stream,
     errors: Stream,
 }
 
 impl Receiver {
-    /// A receiver that has heard nobody. `schedule` says from which tick on the radio is what, in order.
-    pub fn new(seed: u64, instance: RobotInstance, schedule: Vec<(u64, Radio)>) -> Receiver {
+    /// A receiver that has not heard any robot.
+    pub fn new(seed: u64, instance: RobotInstance) -> Receiver {
         let stream = |purpose| Stream::new(seed, instance.index.0, instance.incarnation, purpose);
-        Receiver { schedule, tracks: Vec::new(), losses: stream("radio-loss"), errors: stream("radio-noise") }
+        Receiver { tracks: Vec::new(), losses: stream("radio-loss"), errors: stream("radio-noise") }
     }
 
     /// Takes in what the boards of the robots in range tell at this tick. `heard` is sorted by slot; a robot that is not
-    /// in it is out of range and forgotten.
-    pub fn receive(&mut self, tick: u64, time: Time, heard: &[(NeighborRef, SharedPose)]) {
-        let radio = self.radio_at(tick);
+    /// in it is out of range and forgotten. `radio` is what the radio is like at this tick.
+    pub fn receive(&mut self, tick: u64, time: Time, radio: Radio, heard: &[(NeighborRef, SharedPose)]) {
         self.follow(heard);
         for (track, (_, pose)) in self.tracks.iter_mut().zip(heard) {
             let counts = pose.has(SharedPose::FLAG_SPOKEN) && (time != Time::Ticks || pose.tick < tick);
@@ -119,10 +117,6 @@ impl Receiver {
         self.tracks.iter().filter_map(|track| track.current.as_ref().map(|pose| (track.who, pose)))
     }
 
-    fn radio_at(&self, tick: u64) -> Radio {
-        self.schedule.iter().rev().find(|(from, _)| *from <= tick).map_or(Radio::PERFECT, |(_, radio)| *radio)
-    }
-
     /// Makes the tracks those of `heard`, keeping what is known of those who stay. Both are sorted by slot.
     fn follow(&mut self, heard: &[(NeighborRef, SharedPose)]) {
         let same = self.tracks.len() == heard.len()
@@ -167,12 +161,15 @@ mod tests {
 
     /// Ages of the pose in use, in ticks, at each of `ticks`, when the neighbour has or has not yet spoken this tick.
     fn ages(schedule: Vec<(u64, Radio)>, ticks: std::ops::Range<u64>, ahead: bool) -> Vec<Option<u64>> {
-        let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 }, schedule);
+        let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 });
+        let radio_at = |tick: u64| {
+            schedule.iter().rev().find(|(from, _)| *from <= tick).map_or(Radio::PERFECT, |(_, radio)| *radio)
+        };
         ticks
             .map(|tick| {
                 let spoken = if ahead { tick } else { tick - 1 };
                 let counts = *pair_at(spoken).before(tick).expect("of two poses one is of an earlier tick");
-                receiver.receive(tick, Time::Ticks, &[(ONE, counts)]);
+                receiver.receive(tick, Time::Ticks, radio_at(tick), &[(ONE, counts)]);
                 receiver.in_use().next().map(|(_, pose)| tick - pose.tick)
             })
             .collect()
@@ -186,8 +183,8 @@ mod tests {
 
     #[test]
     fn a_pose_of_this_tick_is_not_heard_yet() {
-        let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 }, vec![]);
-        receiver.receive(4, Time::Ticks, &[(ONE, pose(4, 0.0))]);
+        let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 });
+        receiver.receive(4, Time::Ticks, Radio::PERFECT, &[(ONE, pose(4, 0.0))]);
         assert_eq!(receiver.in_use().count(), 0);
     }
 
@@ -211,14 +208,14 @@ mod tests {
 
     #[test]
     fn whoever_goes_out_of_range_is_forgotten_and_a_new_life_starts_afresh() {
-        let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 }, vec![]);
+        let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 });
         let two = NeighborRef { index: 2, incarnation: 0 };
-        receiver.receive(5, Time::Ticks, &[(ONE, pose(4, 0.0)), (two, pose(4, 0.0))]);
+        receiver.receive(5, Time::Ticks, Radio::PERFECT, &[(ONE, pose(4, 0.0)), (two, pose(4, 0.0))]);
         assert_eq!(receiver.in_use().count(), 2);
-        receiver.receive(6, Time::Ticks, &[(two, pose(5, 0.0))]);
+        receiver.receive(6, Time::Ticks, Radio::PERFECT, &[(two, pose(5, 0.0))]);
         assert_eq!(receiver.in_use().map(|(who, _)| who.index).collect::<Vec<_>>(), [2]);
         let again = NeighborRef { index: 2, incarnation: 1 };
-        receiver.receive(7, Time::Ticks, &[(again, SharedPose::default())]);
+        receiver.receive(7, Time::Ticks, Radio::PERFECT, &[(again, SharedPose::default())]);
         assert_eq!(receiver.in_use().count(), 0);
     }
 }

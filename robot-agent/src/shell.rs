@@ -14,10 +14,10 @@ use planners::{Plan, PlanInput, Planner};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::SharedPose;
-use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
+use protocol::world_to_robot::{Impairment, NeighborRef, Odometry, Piece};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed};
 use std::time::Duration;
 
 /// Longest sleep without a look at the stop word.
@@ -294,7 +294,9 @@ fn step(
         Time::Stamps { .. } => None,
     })?;
     ports.look();
-    let inputs = AgentInputs { odometry, heard: &ports.heard, pieces: &ports.pieces, time };
+    stopwatch.slow_us.store(ports.impairment.slow_us, Relaxed);
+    let radio = ports.impairment.radio();
+    let inputs = AgentInputs { odometry, heard: &ports.heard, radio, pieces: &ports.pieces, time };
     let (outputs, stamp_ns) = ports.robot.pose(|pose| {
         let mut outputs = agent.step(&inputs, pose);
         adjust(pose, &mut outputs);
@@ -324,6 +326,8 @@ struct Ports {
     stats: StatsWriter,
     /// The robots in range, as the world last listed them.
     in_range: Vec<NeighborRef>,
+    /// What the radio and faults do to this robot, as the world last said.
+    impairment: Impairment,
     /// Open boards, sorted by slot; more than those in range.
     boards: Vec<(NeighborRef, RobotReader)>,
     /// The pose of each robot in range that counts at this tick.
@@ -354,6 +358,7 @@ impl Ports {
                 Strips::of_agent(sizes.max_robots),
             )?,
             in_range: Vec::new(),
+            impairment: Impairment::default(),
             boards: Vec::new(),
             heard: Vec::new(),
             in_sight: Vec::new(),
@@ -384,9 +389,11 @@ impl Ports {
         Ok(())
     }
 
-    /// Takes over who is in range, if the world has written it anew.
+    /// Takes over who is in range and how well they are heard, if the world has written it again.
     fn follow_list(&mut self) {
-        self.world.neighbors(&mut self.in_range);
+        if self.world.neighbors(&mut self.in_range) {
+            self.impairment = self.world.impairment();
+        }
     }
 
     /// Opens boards of robots in range that are not open yet, until this much time has gone by, but at least one.
@@ -459,6 +466,8 @@ impl Ports {
 struct Stopwatch {
     begun_ns: AtomicU64,
     done_ns: AtomicU64,
+    /// A fault on purpose: every plan takes longer by this time, µs.
+    slow_us: AtomicU32,
 }
 
 impl Stopwatch {
@@ -477,6 +486,11 @@ impl Planner for Timed {
     fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
         self.watch.begun_ns.store(clock::now_ns(), Relaxed);
         let plan = self.inner.plan(input);
+        let slow_us = self.watch.slow_us.load(Relaxed);
+        if slow_us > 0 {
+            // It sleeps: a slow processor of one robot takes nothing from the others.
+            clock::sleep_until_ns(clock::now_ns() + u64::from(slow_us) * 1000);
+        }
         self.watch.done_ns.store(clock::now_ns(), Relaxed);
         plan
     }

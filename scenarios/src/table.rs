@@ -202,6 +202,12 @@ choice! {
         Task = "task",
         Kill = "kill",
         Pause = "pause",
+        Resume = "resume",
+        Mute = "mute",
+        Delay = "delay",
+        Drop = "drop",
+        Noise = "noise",
+        SlowCpu = "slow-cpu",
         Radio = "radio",
     }
 }
@@ -212,10 +218,11 @@ keys! {
         /// Time of the event; rounded to a tick.
         at_s: f64 => required, "s", Range::NOT_NEGATIVE;
         /// join: the robot enters (it is absent before); leave; task: a new goal; kill and pause: of the robot's
-        /// process; radio: new radio settings.
+        /// process; mute: no robot hears it; delay, drop and noise: of the poses that it hears; slow-cpu: its plans
+        /// take longer; resume: ends its pause and these faults; radio: new radio settings, to stay.
         kind: EventKind => required, "";
         /// Id of the robot.
-        #[only(EventKind::Join, EventKind::Leave, EventKind::Task, EventKind::Kill, EventKind::Pause)]
+        #[only(EventKind::Join, EventKind::Leave, EventKind::Task, EventKind::Kill, EventKind::Pause, EventKind::Resume, EventKind::Mute, EventKind::Delay, EventKind::Drop, EventKind::Noise, EventKind::SlowCpu)]
         robot: String => required, "", 0..=32;
         /// The goal; a third number is the heading of a unicycle or diff-drive there, rad.
         #[only(EventKind::Task)]
@@ -223,9 +230,24 @@ keys! {
         /// Replace the present goals instead of queueing the new one.
         #[only(EventKind::Task)]
         now: bool = false, "";
-        /// Length of the pause; rounded to ticks, at least one.
-        #[only(EventKind::Pause)]
-        for_s: f64 => required, "s", Range::POSITIVE;
+        /// Length of the pause or fault; rounded to ticks, at least one. By default until a `resume` of the robot.
+        #[only(EventKind::Pause, EventKind::Mute, EventKind::Delay, EventKind::Drop, EventKind::Noise, EventKind::SlowCpu)]
+        for_s: f64 => optional, "s", Range::POSITIVE;
+        /// Additional delay of the poses that the robot hears.
+        #[only(EventKind::Delay)]
+        #[name("delay_ticks")]
+        late_ticks: u32 => required, "ticks", 0..=model::Radio::DELAY_TICKS_MAX;
+        /// Share of the poses that the robot does not hear.
+        #[only(EventKind::Drop)]
+        #[name("drop")]
+        lost: f64 => required, "", 0.0..=1.0;
+        /// Standard deviation of the position noise on the poses that the robot hears.
+        #[only(EventKind::Noise)]
+        #[name("noise_m")]
+        sigma_m: f64 => required, "m", Range::NOT_NEGATIVE;
+        /// Every plan of the robot takes longer by this wall time. `single` has no processes, and takes no longer.
+        #[only(EventKind::SlowCpu)]
+        slow_s: f64 => required, "s", 0.0..=model::Fault::SLOW_MS_MAX * 1e-3;
         /// Id of the receiving robot; by default all robots.
         #[only(EventKind::Radio)]
         #[name("robot")]

@@ -5,7 +5,7 @@ use crate::node::Node;
 use crate::problems::{Report, known};
 use crate::robots;
 use crate::table::{self, Event as Keys, EventKind, Root};
-use model::{Clock, Radio, Robot, Task, TimelineAction, TimelineEvent};
+use model::{Clock, Fault, Radio, Robot, Task, TimelineAction, TimelineEvent};
 use std::collections::{HashMap, HashSet};
 
 /// Ids of robots that enter later.
@@ -84,16 +84,16 @@ impl Stage<'_> {
                 let task = Task { goal: goal.at, yaw_rad: goal.yaw_rad, now: node.get(Keys::now) };
                 TimelineAction::Task { robot: robot?, task }
             }
-            EventKind::Kill => TimelineAction::Kill { robot: robot? },
-            EventKind::Pause => {
-                let for_s = node.get(Keys::for_s)?;
-                let ticks = self.tick(for_s);
-                if ticks == 0 {
-                    let message = format!("a pause of {for_s} s is shorter than half a tick");
-                    let hint = format!("a tick lasts {} s", self.clock.dt_s());
-                    report.add_hint(node.at(Keys::for_s), &node.key(Keys::for_s), message, hint);
-                }
-                TimelineAction::Pause { robot: robot?, ticks }
+            kind @ (EventKind::Kill
+            | EventKind::Pause
+            | EventKind::Resume
+            | EventKind::Mute
+            | EventKind::Delay
+            | EventKind::Drop
+            | EventKind::Noise
+            | EventKind::SlowCpu) => {
+                let ticks = self.length(node, kind, report);
+                TimelineAction::Fault { robot: robot?, fault: fault(node, kind)?, ticks }
             }
             EventKind::Radio => {
                 let Radio { delay_ticks, drop, noise_m } = self.radio;
@@ -106,6 +106,18 @@ impl Stage<'_> {
             }
         };
         Some(TimelineEvent { tick: self.tick(at_s?), what })
+    }
+
+    /// How long a fault lasts, ticks; `None`: until the robot is resumed.
+    fn length(&self, node: &Node, kind: EventKind, report: &mut Report) -> Option<u64> {
+        let for_s = node.get(Keys::for_s)?;
+        let ticks = self.tick(for_s);
+        if ticks == 0 {
+            let message = format!("a {} of {for_s} s is shorter than half a tick", kind.word());
+            let hint = format!("a tick lasts {} s", self.clock.dt_s());
+            report.add_hint(node.at(Keys::for_s), &node.key(Keys::for_s), message, hint);
+        }
+        Some(ticks)
     }
 
     fn tick(&self, time_s: f64) -> u64 {
@@ -150,8 +162,9 @@ impl Stage<'_> {
         for (node, event) in events {
             let (robot, joins) = match event.what {
                 TimelineAction::Join { robot } => (robot, true),
-                TimelineAction::Leave { robot } | TimelineAction::Kill { robot } => (robot, false),
-                TimelineAction::Task { robot, .. } | TimelineAction::Pause { robot, .. } => (robot, false),
+                TimelineAction::Leave { robot }
+                | TimelineAction::Task { robot, .. }
+                | TimelineAction::Fault { robot, .. } => (robot, false),
                 TimelineAction::Radio { robot: Some(robot), .. } => (robot, false),
                 TimelineAction::Radio { robot: None, .. } => continue,
             };
@@ -171,11 +184,29 @@ impl Stage<'_> {
             match event.what {
                 TimelineAction::Join { .. } => (lives[robot], joined[robot]) = (Life::Present, true),
                 TimelineAction::Leave { .. } => lives[robot] = Life::Left,
-                TimelineAction::Kill { .. } if self.robots[robot].restart.limit == 0 => lives[robot] = Life::Dead,
+                TimelineAction::Fault { fault: Fault::Kill, .. } if self.robots[robot].restart.limit == 0 => {
+                    lives[robot] = Life::Dead;
+                }
                 _ => {}
             }
         }
     }
+}
+
+/// The fault that an event of this kind is; `None` for one without its number, which has been reported, and for events
+/// that are not faults.
+fn fault(node: &Node, kind: EventKind) -> Option<Fault> {
+    Some(match kind {
+        EventKind::Kill => Fault::Kill,
+        EventKind::Pause => Fault::Pause,
+        EventKind::Resume => Fault::Resume,
+        EventKind::Mute => Fault::Mute,
+        EventKind::Delay => Fault::Delay { ticks: node.get(Keys::late_ticks)? },
+        EventKind::Drop => Fault::Drop { share: node.get(Keys::lost)? },
+        EventKind::Noise => Fault::Noise { sigma_m: node.get(Keys::sigma_m)? },
+        EventKind::SlowCpu => Fault::SlowCpu { ms: node.get(Keys::slow_s)? * 1e3 },
+        EventKind::Join | EventKind::Leave | EventKind::Task | EventKind::Radio => return None,
+    })
 }
 
 /// The radio from the start.

@@ -64,7 +64,8 @@ pub fn run_shown(
             pieces.extend(world.sensed(slot).iter().map(|index| world.piece(usize::from(*index))));
             let cell = cells[slot].as_mut().expect("every participant has entered");
             let (odometry, mut pose) = (world.odometry(slot), SharedPose::default());
-            let inputs = AgentInputs { odometry: &odometry, heard: &heard, pieces: &pieces, time: Time::Ticks };
+            let (radio, time) = (world.impairment(slot).radio(), Time::Ticks);
+            let inputs = AgentInputs { odometry: &odometry, heard: &heard, radio, pieces: &pieces, time };
             let outputs = cell.agent.step(&inputs, &mut pose);
             cell.board.push(pose);
             answers.push((instance, outputs));

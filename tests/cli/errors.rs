@@ -228,7 +228,7 @@ const BAD_LINES: &[(&str, &[&str])] = &[
     ("down", &["`shoal down`", "not built", "Ctrl-C"]),
     ("top", &["`shoal top`", "not built", "shoal ps"]),
     ("remove a", &["`shoal remove`", "not built", "leave"]),
-    ("inject kill a", &["`shoal inject`", "not built", "kill"]),
+    ("inject kil a", &["unknown verb `inject kil`", "did you mean `kill`"]),
     ("task list", &["`shoal task list`", "not built", "shoal ps"]),
     ("task cancel 1", &["`shoal task cancel`", "not built", "--now"]),
     ("logs", &["`shoal logs`", "not built", "--format json"]),

@@ -39,6 +39,9 @@ texts! {
     of_add: "add --help",
     of_task: "task --help",
     of_task_send: "task send --help",
+    of_inject: "inject --help",
+    of_inject_pause: "inject pause --help",
+    of_inject_slow_cpu: "inject slow-cpu --help",
     of_run_in_short: "run -h",
     the_methods: "planners",
     one_method: "planners decentralized-apf",
@@ -50,7 +53,7 @@ fn no_verb_is_forgotten() {
     let command = shoal::args::Cli::command();
     let verbs: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
-    let known = "run plot reproduce stress bench validate schema planners doctor clean ps latency add task";
+    let known = "run plot reproduce stress bench validate schema planners doctor clean ps latency add task inject";
     assert_eq!(verbs.join(" "), known);
 }
 

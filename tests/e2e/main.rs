@@ -11,6 +11,7 @@ mod endings;
 mod environment;
 mod faults;
 mod hygiene;
+mod inject;
 mod latency;
 mod lies;
 mod lives;

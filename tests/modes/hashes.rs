@@ -42,7 +42,24 @@ fn with_everything_that_the_timeline_can_do() {
         assert_eq!(deterministic(&single), deterministic(&lockstep), "seed {seed}");
         let kinds: Vec<&str> =
             single["events"].as_array().expect("a list").iter().filter_map(|event| event["kind"].as_str()).collect();
-        for kind in ["joined", "left", "killed", "restarted", "paused", "resumed", "radio", "task-done", "arrived"] {
+        for fault in ["mute", "delay of 4 ticks", "drop of 0.5", "noise of 0.05 m", "slow-cpu of 1.5 ms"] {
+            let began = |event: &&serde_json::Value| {
+                event["kind"] == "fault" && event["detail"].as_str().is_some_and(|detail| detail.contains(fault))
+            };
+            assert_eq!(single["events"].as_array().expect("a list").iter().filter(began).count(), 1, "{fault}");
+        }
+        for kind in [
+            "joined",
+            "left",
+            "killed",
+            "restarted",
+            "paused",
+            "resumed",
+            "radio",
+            "fault-over",
+            "task-done",
+            "arrived",
+        ] {
             assert!(kinds.contains(&kind), "{kind} is not in {kinds:?}");
         }
     }
@@ -214,6 +231,42 @@ const TIMELINE: &str = r#"
     [[event]]
     at_s = 6
     kind = "radio"
+    [[event]]
+    at_s = 3
+    kind = "mute"
+    robot = "r04"
+    for_s = 2
+    [[event]]
+    at_s = 3.4
+    kind = "delay"
+    robot = "r05"
+    delay_ticks = 4
+    for_s = 1.5
+    [[event]]
+    at_s = 3.6
+    kind = "drop"
+    robot = "r05"
+    drop = 0.5
+    for_s = 1.1
+    [[event]]
+    at_s = 3.8
+    kind = "noise"
+    robot = "r06"
+    noise_m = 0.05
+    for_s = 0.9
+    [[event]]
+    at_s = 4.2
+    kind = "slow-cpu"
+    robot = "r06"
+    slow_s = 0.0015
+    [[event]]
+    at_s = 4.4
+    kind = "pause"
+    robot = "r06"
+    [[event]]
+    at_s = 5.1
+    kind = "resume"
+    robot = "r06"
     [expect]
     arrived = 6
     contacts_max = 100

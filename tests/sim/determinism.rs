@@ -63,8 +63,7 @@ fn shuffled(scenario: &Scenario, seed: u64) -> (Scenario, Vec<usize>) {
             TimelineAction::Join { robot }
             | TimelineAction::Leave { robot }
             | TimelineAction::Task { robot, .. }
-            | TimelineAction::Kill { robot }
-            | TimelineAction::Pause { robot, .. } => *robot = slots[*robot],
+            | TimelineAction::Fault { robot, .. } => *robot = slots[*robot],
             TimelineAction::Radio { robot, .. } => *robot = robot.map(|robot| slots[robot]),
         }
     }

@@ -184,7 +184,8 @@ impl AgentProcess {
             Mode::Realtime => Time::Stamps { now_ns: shared.now },
             _ => Time::Ticks,
         };
-        let inputs = AgentInputs { odometry: &odometry, heard: &self.heard, pieces: &self.pieces, time };
+        let radio = memory.impairments[slot].radio();
+        let inputs = AgentInputs { odometry: &odometry, heard: &self.heard, radio, pieces: &self.pieces, time };
         let mut pose = SharedPose::default();
         let outputs = self.agent.step(&inputs, &mut pose);
         self.saying = Some((Saying::Pose, pose, outputs, odometry));

@@ -3,7 +3,7 @@
 use crate::checks;
 use crate::coverage::Coverage;
 use crate::daemon::Daemon;
-use crate::dice::MS;
+use crate::dice::{Dice, MS};
 use crate::kernel::Kernel;
 use crate::operators::Operators;
 use crate::plan::Plan;
@@ -30,6 +30,8 @@ pub(crate) struct Fleet {
     gust: u64,
     /// The end has been asked for.
     pub(crate) broken_off: bool,
+    /// Decides about faults on purpose, if there are any. Its own: storms without them are what they were.
+    pub(crate) mischief: Option<Dice>,
 }
 
 /// What a storm came to.
@@ -72,7 +74,13 @@ impl Fleet {
             plan,
             gust,
             broken_off: false,
+            mischief: None,
         }
+    }
+
+    /// Operators put faults on robots, too.
+    pub(crate) fn with_mischief(self, seed: u64) -> Fleet {
+        Fleet { mischief: Some(Dice::new(seed ^ 0x6661_756c)), ..self }
     }
 
     /// Lets it blow until all is over.
@@ -98,6 +106,7 @@ impl Fleet {
         coverage.notices_lost = self.shared.missed.others;
         coverage.tasks_acknowledged = answers.tasks;
         coverage.robots_acknowledged = answers.robots;
+        coverage.faults_acknowledged = answers.faults;
         coverage.refused = answers.refused;
         coverage.unconfirmed = answers.unconfirmed;
         coverage.broken_off = u64::from(self.broken_off);
@@ -115,6 +124,7 @@ impl Fleet {
             Turn::Agent(index) => self.kernel.run(index, &mut self.shared),
             Turn::Weather => {
                 self.rage();
+                self.harm();
                 self.gust = self.next_gust();
             }
         }

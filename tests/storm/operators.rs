@@ -24,6 +24,7 @@ pub(crate) struct Operators {
 pub(crate) struct Answers {
     pub(crate) tasks: u64,
     pub(crate) robots: u64,
+    pub(crate) faults: u64,
     pub(crate) refused: u64,
     pub(crate) unconfirmed: u64,
 }
@@ -63,6 +64,7 @@ impl Operators {
                     assert_eq!(coordinator.name(RobotIndex(*slot)), robot, "the coordinator knows it as well");
                     answers.robots += 1;
                 }
+                (Reply::Injected { .. }, Some(Ticket::Fault(_))) => answers.faults += 1,
                 (Reply::Unconfirmed { .. }, Some(_)) => answers.unconfirmed += 1,
                 (Reply::Refused { problem, .. }, ticket) => {
                     answers.refused += 1;
@@ -76,7 +78,7 @@ impl Operators {
                             let known = there.filter(|robot| Some(&robot.id) == new.id.as_ref()).count();
                             assert_eq!(known, 0, "robot {:?} was refused: {problem}", new.id);
                         }
-                        None => {}
+                        Some(Ticket::Fault(_)) | None => {}
                     }
                 }
                 (reply, ticket) => panic!("{:?}: {ticket:?}, {reply:?}", asked.request),

@@ -114,8 +114,8 @@ fn timeline(robots: usize, calm_tick: u64, dice: &mut Dice) -> Vec<TimelineEvent
         let robot = dice.below(robots);
         let what = match dice.below(12) {
             0 => TimelineAction::Leave { robot },
-            1..4 => TimelineAction::Kill { robot },
-            4..9 => TimelineAction::Pause { robot, ticks: 1 + dice.below(25) as u64 },
+            1..4 => TimelineAction::kill(robot),
+            4..9 => TimelineAction::pause(robot, 1 + dice.below(25) as u64),
             9..11 => {
                 let goal = Point2::new(20.0 - dice.below(40) as f64, dice.below(30) as f64);
                 TimelineAction::Task { robot, task: Task { goal, yaw_rad: None, now: dice.permille(300) } }

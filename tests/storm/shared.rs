@@ -7,7 +7,7 @@ use daemon::coordinator::Missed;
 use model::RobotInstance;
 use protocol::robot_to_robot::PosePair;
 use protocol::robot_to_world::Command;
-use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
+use protocol::world_to_robot::{Impairment, NeighborRef, Odometry, Piece};
 use std::collections::BTreeMap;
 
 /// A robot's board.
@@ -39,6 +39,7 @@ pub(crate) struct Memory {
     pub(crate) slots: Vec<Slot>,
     pub(crate) odometry: Vec<Odometry>,
     pub(crate) neighbors: Vec<Vec<NeighborRef>>,
+    pub(crate) impairments: Vec<Impairment>,
     pub(crate) sensed: Vec<Vec<u16>>,
     pub(crate) pieces: Vec<Piece>,
     /// By life: a new one has a board of its own.
@@ -100,6 +101,7 @@ impl Shared {
             slots: vec![Slot::default(); slots],
             odometry: vec![Odometry::default(); slots],
             neighbors: vec![Vec::new(); slots],
+            impairments: vec![Impairment::default(); slots],
             sensed: vec![Vec::new(); slots],
             ..Memory::default()
         };

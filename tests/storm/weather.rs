@@ -4,7 +4,7 @@ use crate::agent::Fate;
 use crate::dice::MS;
 use crate::fleet::Fleet;
 use daemon::coordinator::Signal;
-use model::{RobotIndex, Task};
+use model::{Fault, RobotIndex, Task};
 use protocol::daemon_to_world::Order;
 use protocol::operator_to_daemon::{NewRobot, Request};
 
@@ -127,6 +127,30 @@ impl Fleet {
         self.operators.ask(Request::Task { robot, task: Task { goal: goal_m.into(), yaw_rad: None, now } });
         self.shared.calls.daemon = true;
         self.shared.coverage.tasks_asked += 1;
+    }
+
+    /// An operator may want a fault, of any robot, whether it makes sense or not.
+    pub(crate) fn harm(&mut self) {
+        let Some(dice) = self.mischief.as_mut() else { return };
+        if !dice.permille(250) {
+            return;
+        }
+        let slot = dice.below(self.daemon.coordinator.members().len()) as u32;
+        let fault = match dice.below(12) {
+            0 => Fault::Kill,
+            1..4 => Fault::Pause,
+            4..7 => Fault::Resume,
+            7 | 8 => Fault::Mute,
+            9 => Fault::Delay { ticks: dice.below(9) as u32 },
+            10 => Fault::Drop { share: 0.5 },
+            _ => Fault::Noise { sigma_m: 0.1 },
+        };
+        // Nothing that only another operator could end.
+        let for_s = fault.lasts().then(|| 0.05 * (1 + dice.below(60)) as f64);
+        let robot = self.daemon.coordinator.name(RobotIndex(slot)).to_owned();
+        self.operators.ask(Request::Inject { robot, fault, for_s });
+        self.shared.calls.daemon = true;
+        self.shared.coverage.faults_asked += 1;
     }
 
     fn add(&mut self) {

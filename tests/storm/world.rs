@@ -239,6 +239,9 @@ impl WorldProcess {
         for slot in opening.neighbors {
             memory.neighbors[*slot] = world.neighbors(*slot).to_vec();
         }
+        for slot in opening.impairments {
+            memory.impairments[*slot] = world.impairment(*slot);
+        }
         for slot in opening.sensed {
             memory.sensed[*slot] = world.sensed(*slot).to_vec();
         }

@@ -64,7 +64,7 @@ mod tests {
         for tick in 0..EVENTS_MAX as u64 + 5 {
             journal.note_quietly(tick, RobotIndex(0), || EventKind::GaveUp);
         }
-        journal.note(0, RobotIndex(0), EventKind::Killed);
+        journal.note(0, RobotIndex(0), EventKind::GaveUp);
         assert_eq!((journal.events.len(), journal.events_lost), (EVENTS_MAX, 6));
         assert_eq!(journal.take_notices().len(), 1, "a notice goes out even when the log is full");
         journal.note(0, RobotIndex(0), EventKind::NotStarted { why: "no room".to_owned() });

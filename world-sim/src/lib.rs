@@ -12,6 +12,7 @@
 //! shapes      obstacles where they are    grid        who is near whom
 //! ranges      who hears and sees what     contact     swept clearances
 //! referee     goals, arrival, path        progress    who gets nowhere
+//! faults      what is done on purpose
 //! journal     log and notices
 //! attendance  which processes answer      pace        when periods begin
 //! shell       the process                 recorder    everything into a file
@@ -24,6 +25,7 @@ mod arm;
 pub mod attendance;
 mod body;
 mod contact;
+mod faults;
 mod grid;
 mod journal;
 mod kinematics;

@@ -4,7 +4,7 @@
 //!                 Join/Admit            ready                Leave, Remove (from anywhere)
 //!        Vacant ------------> Awaited ---------> Present ------------------> Left
 //!                                                |  ^  |
-//!                            Kill, died: Dead <--'  |  '--> Paused (timeline), Held (straggler)
+//!                            Kill, died: Dead <--'  |  '--> Paused (on purpose), Held (straggler)
 //!                            (restart left: next    |         |
 //!                            incarnation, later) ---'<--------'       policy drop: Dropped
 //! ```
@@ -13,7 +13,7 @@
 //! in the world.
 
 use crate::journal::Journal;
-use model::{EventKind, Gone, Restart, RobotIndex, RobotInstance, Silence, StragglerPolicy};
+use model::{EventKind, FaultSource, Gone, Restart, RobotIndex, RobotInstance, Silence, StragglerPolicy};
 use protocol::daemon_to_world::Absence;
 use protocol::world_to_daemon::Notice;
 use std::fmt;
@@ -33,10 +33,10 @@ pub enum State {
         /// Since this tick.
         since: u64,
     },
-    /// Stopped by the timeline.
+    /// Stopped on purpose.
     Paused {
-        /// It takes part again at this tick.
-        until: u64,
+        /// It takes part again at this tick; `None`: when it is resumed.
+        until: Option<u64>,
     },
     /// Does not answer.
     Held {
@@ -60,7 +60,8 @@ impl fmt::Display for State {
             State::Vacant => write!(f, "unknown"),
             State::Awaited { .. } => write!(f, "not in the world yet"),
             State::Present { .. } => write!(f, "in the world"),
-            State::Paused { until } => write!(f, "paused until tick {until}"),
+            State::Paused { until: Some(until) } => write!(f, "paused until tick {until}"),
+            State::Paused { until: None } => write!(f, "paused"),
             State::Held { .. } => write!(f, "held"),
             State::Dead { returns: Some(at) } => write!(f, "dead until tick {at}"),
             State::Dead { returns: None } => write!(f, "dead"),
@@ -123,6 +124,11 @@ impl Presence {
         matches!(self.state, State::Present { since } if since < tick)
     }
 
+    /// Whether there is no robot to do anything to: none yet, or none any more.
+    pub(crate) fn is_gone(&self) -> bool {
+        self.state == State::Vacant || self.gone().is_some()
+    }
+
     /// Why it will never take part again, if so.
     pub(crate) fn gone(&self) -> Option<Gone> {
         match self.state {
@@ -137,7 +143,7 @@ impl Presence {
     pub(crate) fn entry(&self) -> Option<u64> {
         match self.state {
             State::Awaited { at } => Some(at),
-            State::Paused { until } => Some(until),
+            State::Paused { until } => until,
             State::Dead { returns } => returns,
             _ => None,
         }
@@ -180,35 +186,52 @@ impl Presence {
         new
     }
 
-    /// The timeline kills its process.
-    pub(crate) fn kill(&mut self, tick: u64, journal: &mut Journal) {
+    /// Its process is killed on purpose, if it has one.
+    pub(crate) fn kill(&mut self, tick: u64, source: FaultSource, journal: &mut Journal) -> Result<(), String> {
         if !self.has_process() {
-            return self.ignore(tick, "kill", journal);
+            return Err(self.in_words());
         }
         journal.tell(Notice::Kill { instance: self.instance() });
-        journal.note(tick, self.index, EventKind::Killed);
+        journal.note(tick, self.index, EventKind::Killed { source });
         self.die(tick);
+        Ok(())
     }
 
-    /// The timeline stops its process for some ticks.
-    pub(crate) fn pause(&mut self, tick: u64, ticks: u64, journal: &mut Journal) {
-        let until = tick.saturating_add(ticks.max(1));
+    /// Its process is stopped on purpose, until a tick or until it is resumed.
+    pub(crate) fn pause(
+        &mut self,
+        tick: u64,
+        until: Option<u64>,
+        source: FaultSource,
+        journal: &mut Journal,
+    ) -> Result<(), String> {
+        let is_later = |before: Option<u64>| before.is_some_and(|before| until.is_none_or(|until| before < until));
         match self.state {
             State::Present { .. } => {}
             // Its resume may be on its way already; the pause that follows it wins.
-            State::Paused { until: before } if before < until => {}
-            _ => return self.ignore(tick, "pause", journal),
+            State::Paused { until: before } if is_later(before) => {}
+            _ => return Err(self.in_words()),
         }
         self.state = State::Paused { until };
         self.told = false;
         journal.tell(Notice::Pause { instance: self.instance() });
-        journal.note(tick, self.index, EventKind::Paused { until_tick: until });
+        journal.note(tick, self.index, EventKind::Paused { source, until_tick: until });
+        Ok(())
+    }
+
+    /// It goes on at the next tick, if it is paused; whether it is.
+    pub(crate) fn resume(&mut self, tick: u64) -> bool {
+        let State::Paused { until } = &mut self.state else { return false };
+        let at = tick.saturating_add(1);
+        *until = Some(until.map_or(at, |until| until.min(at)));
+        true
     }
 
     /// It goes, and is gone.
     pub(crate) fn leave(&mut self, tick: u64, journal: &mut Journal) {
         if matches!(self.state, State::Vacant | State::Left) {
-            return self.ignore(tick, "leave", journal);
+            let order = "leave".to_owned();
+            return journal.note(tick, self.index, EventKind::Ignored { order, why: self.in_words() });
         }
         let instance = self.instance();
         if matches!(self.state, State::Paused { .. }) && !self.told {
@@ -314,8 +337,7 @@ impl Presence {
         }
     }
 
-    fn ignore(&self, tick: u64, order: &str, journal: &mut Journal) {
-        let why = format!("the robot is {}", self.state);
-        journal.note(tick, self.index, EventKind::Ignored { order: order.to_owned(), why });
+    fn in_words(&self) -> String {
+        format!("the robot is {}", self.state)
     }
 }

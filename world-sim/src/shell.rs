@@ -229,6 +229,9 @@ impl Shell {
         for slot in opening.neighbors {
             board.neighbors(RobotIndex::of(*slot), world.neighbors(*slot));
         }
+        for slot in opening.impairments {
+            board.impairment(RobotIndex::of(*slot), world.impairment(*slot));
+        }
         for slot in opening.sensed {
             board.sensed(RobotIndex::of(*slot), world.sensed(*slot));
         }

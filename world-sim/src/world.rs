@@ -3,11 +3,13 @@
 
 mod outcome;
 mod solid;
+mod timeline;
 mod views;
 
 use crate::arm::{self, Arm};
 use crate::body::Body;
 use crate::contact::{Contact, Contacts};
+use crate::faults::Faults;
 use crate::grid::Grid;
 use crate::journal::Journal;
 use crate::kinematics::fits;
@@ -18,13 +20,13 @@ use crate::referee::Referee;
 use crate::shapes::Shapes;
 use crate::touch;
 use model::{
-    Clock, Drive, EventKind, GoalSource, MAX_ROBOTS, Partner, Physics, PlanState, Robot, RobotIndex, RobotInstance,
-    Scenario, StragglerPolicy, Task, TimelineAction, TimelineEvent, Touch,
+    Clock, Drive, EventKind, Fault, FaultSource, GoalSource, MAX_ROBOTS, Partner, Physics, PlanState, Radio, Robot,
+    RobotIndex, RobotInstance, Scenario, StragglerPolicy, Task, TimelineAction, TimelineEvent, Touch,
 };
 use nalgebra::Point2;
 use protocol::daemon_to_world::{Absence, Order, Ticket};
 use protocol::world_to_daemon::Notice;
-use protocol::world_to_robot::Piece;
+use protocol::world_to_robot::{Impairment, Piece};
 
 use solid::Solid;
 
@@ -62,8 +64,13 @@ pub struct World {
     scolded: Vec<bool>,
     /// Whether each robot's method has a plan.
     plans: Vec<PlanState>,
-    /// The radio of robots that are added later neither loses nor delays what they hear.
-    hears_surely: bool,
+    /// The radio of robots that are added later.
+    radio: Radio,
+    /// By slot: what is done to the robot on purpose, and what it is told of that.
+    faults: Vec<Faults>,
+    impairments: Vec<Impairment>,
+    /// No fault ends before this tick.
+    faults_end: u64,
 
     shapes: Shapes,
     /// Where bodies have weight and push each other.
@@ -81,6 +88,7 @@ pub struct World {
     odometry_changed: Vec<usize>,
     pieces: Vec<Piece>,
     pieces_changed: Vec<usize>,
+    impairments_changed: Vec<usize>,
 }
 
 /// What has to be written because the tick opened: slots and indices, sorted. The views of [`World`] say what.
@@ -94,6 +102,8 @@ pub struct Opening<'a> {
     pub sensed: &'a [usize],
     /// Pieces that appeared or moved.
     pub pieces: &'a [usize],
+    /// Slots whose radio or processor is not what it was.
+    pub impairments: &'a [usize],
 }
 
 impl World {
@@ -124,7 +134,10 @@ impl World {
             shown: Vec::new(),
             scolded: Vec::new(),
             plans: Vec::new(),
-            hears_surely: scenario.radio.is_sure(),
+            radio: scenario.radio,
+            faults: Vec::new(),
+            impairments: Vec::new(),
+            faults_end: u64::MAX,
             shapes,
             solid,
             grid: Grid::default(),
@@ -138,6 +151,7 @@ impl World {
             odometry_changed: Vec::new(),
             pieces: Vec::new(),
             pieces_changed: Vec::new(),
+            impairments_changed: Vec::new(),
         };
         for (slot, robot) in scenario.robots.iter().enumerate() {
             let joins = |event: &&TimelineEvent| matches!(event.what, TimelineAction::Join { robot } if robot == slot);
@@ -157,10 +171,14 @@ impl World {
             self.shown.push(0);
             self.scolded.push(false);
             self.plans.push(PlanState::Ready);
+            self.faults.push(Faults::none(Radio::PERFECT));
+            self.impairments.push(Impairment::default());
         }
         let mut referee = Referee::new(slot, robot, self.clock.seed, self.clock.dt_s());
         referee.move_goal(self.time_s());
-        self.bodies[slot] = Body { hears_surely: self.hears_surely, ..Body::new(slot, robot) };
+        self.bodies[slot] = Body::new(slot, robot);
+        self.faults[slot] = Faults::none(self.radio);
+        self.impair(slot);
         if let Some(setup) = &robot.arm {
             let arm = Arm::new(slot, slot + self.arms.len(), setup);
             self.bodies[slot].pose = arm.pose();
@@ -235,6 +253,7 @@ impl World {
         assert!(!self.is_open, "a tick is opened once");
         self.is_open = true;
         self.apply_orders();
+        self.end_faults();
         self.apply_timeline();
         self.enter(ready);
         self.announce();
@@ -249,6 +268,7 @@ impl World {
             neighbors: self.ranges.heard_changed(),
             sensed: self.ranges.sensed_changed(),
             pieces: &self.pieces_changed,
+            impairments: &self.impairments_changed,
         }
     }
 
@@ -265,6 +285,10 @@ impl World {
                     let taken = self.task(index, task, GoalSource::Operator(id));
                     self.answer(order.ticket(), taken);
                 }
+                Order::Fault { id: _, index, fault, ticks } => {
+                    let done = self.inject(index, fault, ticks, FaultSource::Operator);
+                    self.answer(order.ticket(), done);
+                }
                 Order::Absent { instance, cause } => {
                     if let Some(presence) = self.presences.get_mut(instance.index.at()) {
                         presence.absent(instance, cause, self.straggler, self.tick, &mut self.journal);
@@ -276,39 +300,9 @@ impl World {
         self.orders = orders;
     }
 
-    fn apply_timeline(&mut self) {
-        while let Some(event) = self.events.get(self.next_event).filter(|event| event.tick <= self.tick) {
-            let what = event.what.clone();
-            self.next_event += 1;
-            match what {
-                TimelineAction::Join { .. } => {} // The slot has been waiting for this tick since the start.
-                TimelineAction::Leave { robot } => self.leave(robot),
-                TimelineAction::Task { robot, task } => {
-                    // The log says so if it was not taken; nobody waits for an answer.
-                    let _ = self.task(RobotIndex::of(robot), task, GoalSource::Timeline);
-                }
-                TimelineAction::Kill { robot } => self.presences[robot].kill(self.tick, &mut self.journal),
-                TimelineAction::Pause { robot, ticks } => {
-                    self.presences[robot].pause(self.tick, ticks, &mut self.journal);
-                }
-                TimelineAction::Radio { robot, radio } => {
-                    // Delay, loss and noise act where a pose is received; the world only knows who is sure to hear.
-                    match robot {
-                        Some(slot) => self.bodies[slot].hears_surely = radio.is_sure(),
-                        None => {
-                            self.hears_surely = radio.is_sure();
-                            self.bodies.iter_mut().for_each(|body| body.hears_surely = radio.is_sure());
-                        }
-                    }
-                    self.journal.note(self.tick, robot.map(RobotIndex::of), EventKind::Radio { radio });
-                }
-            }
-        }
-    }
-
-    fn answer(&mut self, ticket: Option<Ticket>, result: Result<(), &'static str>) {
+    fn answer(&mut self, ticket: Option<Ticket>, result: Result<(), impl Into<String>>) {
         if let Some(ticket) = ticket {
-            self.journal.tell(Notice::Answer { ticket, refused: result.err().map(str::to_owned) });
+            self.journal.tell(Notice::Answer { ticket, refused: result.err().map(Into::into) });
         }
     }
 
@@ -391,7 +385,7 @@ impl World {
             body.instance = presence.instance();
             body.in_world = presence.in_world();
             body.takes_part = presence.takes_part();
-            body.on_radio = presence.on_radio(self.tick);
+            body.on_radio = presence.on_radio(self.tick) && !self.faults[slot].is_mute();
             body.from = body.pose.position;
             if body.takes_part {
                 self.participants.push(body.instance);
@@ -476,6 +470,7 @@ impl World {
         self.log_contacts(self.tick - 1);
         self.judge(time_s);
         self.announce();
+        self.impairments_changed.clear();
         self.is_open = false;
     }
 
@@ -569,8 +564,8 @@ fn excuses(order: &Order, instance: RobotInstance) -> bool {
     match order {
         // A process that is stopped may go on; it is waited for until it is overdue.
         Order::Absent { instance: absent, cause } => *absent == instance && *cause != Absence::Stopped,
-        Order::Remove { index } => *index == instance.index,
-        Order::Admit { .. } | Order::Task { .. } | Order::Stop => false,
+        Order::Remove { index } | Order::Fault { index, fault: Fault::Kill, .. } => *index == instance.index,
+        Order::Admit { .. } | Order::Task { .. } | Order::Fault { .. } | Order::Stop => false,
     }
 }
 

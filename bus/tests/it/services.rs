@@ -9,7 +9,7 @@ use protocol::robot_to_robot::{PosePair, SharedPose};
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
-use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
+use protocol::world_to_robot::{Impairment, NeighborRef, Odometry, Piece};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use shoal_bus::{
     FramePublisher, FrameSubscriber, Node, NoticeReceiver, NoticeSender, OperatorClient, OperatorServer, OrderReceiver,
@@ -87,6 +87,13 @@ fn a_robot_sees_what_the_world_writes() {
     world.neighbors(RobotIndex(2), &[]);
     tell(&mut world, &robot);
     assert_eq!(neighbors_of(&mut robot), Some(vec![]));
+
+    assert_eq!(robot.impairment(), Impairment::default());
+    let impairment = Impairment { drop: 0.25, noise_m: 0.5, delay_ticks: 3, slow_us: 1500 };
+    world.impairment(RobotIndex(2), impairment);
+    assert_eq!(neighbors_of(&mut robot), None, "the odometry has not told of it");
+    tell(&mut world, &robot);
+    assert_eq!((neighbors_of(&mut robot), robot.impairment()), (Some(vec![]), impairment));
 
     world.sensed(RobotIndex(2), &[1, 8]);
     tell(&mut world, &robot);

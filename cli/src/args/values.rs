@@ -55,6 +55,12 @@ pub fn parse_pose(text: &str) -> Result<Pose, String> {
     Ok(Pose { at_m: [parse_number(x)?, parse_number(y)?], yaw_rad: yaw.map(parse_number).transpose()? })
 }
 
+/// A length of time, s: a number above 0.
+pub(super) fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = parse_number(text)?;
+    if seconds > 0.0 { Ok(seconds) } else { Err(format!("`{text}` is not a length of time")) }
+}
+
 pub(super) fn parse_number(text: &str) -> Result<f64, String> {
     let text = text.trim();
     match text.parse::<f64>() {

@@ -12,7 +12,6 @@ const UNBUILT: &[(&str, &str)] = &[
     ("down", "Ctrl-C ends a `shoal run` in good order"),
     ("top", "`shoal ps` shows a running fleet; `shoal run` shows its progress"),
     ("remove", "a scenario can let a robot leave: an event of kind `leave`"),
-    ("inject", "a scenario can kill, pause and disturb: events of kind `kill`, `pause` and `radio`"),
     ("logs", "the report of `shoal run` has what happened: `--format json`, key `events`"),
     ("replay", "`shoal run --mode lockstep` with the same seed drives the same trajectories"),
     ("task list", "`shoal ps` shows every robot's goal, and how many are left"),
@@ -29,6 +28,13 @@ pub fn refuse_task(words: &[OsString]) -> Failure {
     let command = Cli::command();
     let task = command.find_subcommand("task").cloned().unwrap_or(command);
     refuse_below(&task, "task ", words)
+}
+
+/// Refuses what was said in place of a fault of `shoal inject`.
+pub fn refuse_inject(words: &[OsString]) -> Failure {
+    let command = Cli::command();
+    let inject = command.find_subcommand("inject").cloned().unwrap_or(command);
+    refuse_below(&inject, "inject ", words)
 }
 
 /// Refuses what was said in place of a verb of `shoal bench`.

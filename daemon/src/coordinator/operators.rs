@@ -5,7 +5,8 @@
 //! is not known yet.
 
 use super::{Action, Coordinator, Member};
-use model::{BodyKind, ParamValues, ProcessState, RobotIndex, Task};
+use model::kind::Range;
+use model::{BodyKind, Fault, ParamValues, ProcessState, RobotIndex, Task};
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use std::time::Duration;
@@ -40,6 +41,7 @@ impl Waiting {
         match self.ticket {
             Ticket::Task(task) => format!("task {task} for robot `{}`", self.robot),
             Ticket::Admit(_) => format!("robot `{}`", self.robot),
+            Ticket::Fault(_) => format!("fault for robot `{}`", self.robot),
         }
     }
 }
@@ -57,6 +59,7 @@ impl Coordinator {
             )),
             Request::Add(new) => self.add(new, near),
             Request::Task { robot, task } => self.task(robot, *task),
+            Request::Inject { robot, fault, for_s } => self.inject(robot, *fault, *for_s),
         };
         match granted {
             Ok(waiting) => {
@@ -178,14 +181,8 @@ impl Coordinator {
     }
 
     fn task(&mut self, name: &str, task: Task) -> Result<Waiting, Refusal> {
+        let slot = self.slot_of(name)?;
         let robots = &self.scenario.robots;
-        let Some(slot) = robots.iter().position(|robot| robot.id == name) else {
-            let known: Vec<&str> = robots.iter().map(|robot| robot.id.as_str()).collect();
-            return Err(refused(
-                &format!("unknown robot `{name}`"),
-                Some(&format!("known robots: {}", known.join(", "))),
-            ));
-        };
         if let Some(problem) = scenarios::goal_problem(&self.scenario, &robots[slot], task.goal, task.yaw_rad) {
             return Err(refused(
                 &problem,
@@ -203,6 +200,41 @@ impl Coordinator {
         let (robot, reply) = (name.to_owned(), Some(Reply::Tasked { id }));
         Ok(Waiting { ticket: Ticket::Task(id), robot, since: None, reply })
     }
+
+    fn inject(&mut self, name: &str, fault: Fault, for_s: Option<f64>) -> Result<Waiting, Refusal> {
+        let slot = self.slot_of(name)?;
+        let wrong = |problem: &str| Err(refused(problem, Some("`shoal inject --help` lists faults and their options")));
+        if let Some(problem) = fault.problem() {
+            return wrong(&problem);
+        }
+        let ticks = match for_s {
+            Some(_) if !fault.lasts() => {
+                return wrong(&format!("{}: it does not last: it has no length", fault.word()));
+            }
+            Some(for_s) if !Range::POSITIVE.contains(for_s) => {
+                return wrong(&format!("{}: {for_s} s is not a length of time", fault.word()));
+            }
+            Some(for_s) => Some(((for_s * self.scenario.clock.tick_hz).round() as u64).max(1)),
+            None => None,
+        };
+        let id = self.faults;
+        self.faults.0 += 1;
+        self.actions.push(Action::Order(Order::Fault { id, index: RobotIndex::of(slot), fault, ticks }));
+        let (robot, reply) = (name.to_owned(), Some(Reply::Injected { ticks }));
+        Ok(Waiting { ticket: Ticket::Fault(id), robot, since: None, reply })
+    }
+
+    /// The slot of the robot with this name.
+    fn slot_of(&self, name: &str) -> Result<usize, Refusal> {
+        let robots = &self.scenario.robots;
+        robots.iter().position(|robot| robot.id == name).ok_or_else(|| {
+            let known: Vec<&str> = robots.iter().map(|robot| robot.id.as_str()).collect();
+            refused(
+                &format!("unknown robot `{}`", name.escape_debug()),
+                Some(&format!("known robots: {}", known.join(", "))),
+            )
+        })
+    }
 }
 
 /// The way out, for what the world says most.
@@ -211,7 +243,7 @@ fn hint_for(problem: &str) -> Option<&'static str> {
         world_sim::TOO_MANY_GOALS => {
             Some("send it when the robot has reached some of its goals, or with `--now` instead of them")
         }
-        world_sim::ROBOT_GONE => Some("`shoal ps` shows the robots of the fleet"),
+        _ if problem.contains("the robot is ") => Some("`shoal ps` shows the robots of the fleet"),
         _ => None,
     }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use model::{ProcessState, Task};
+use model::{Fault, ProcessState, Task};
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 
 const ALL_READY: &dyn Fn(RobotInstance) -> bool = &|_| true;
@@ -333,6 +333,7 @@ fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
         .map(|(ticket, reply)| match reply {
             Reply::Added { robot, index } => (ticket, format!("{robot} added as {index}")),
             Reply::Tasked { id } => (ticket, format!("task {id}")),
+            Reply::Injected { ticks } => (ticket, format!("fault for {ticks:?} ticks")),
             Reply::Refused { problem, .. } => (ticket, problem),
             Reply::Unconfirmed { problem, .. } => (ticket, problem),
             Reply::Status(_) => panic!("the coordinator has no status"),
@@ -382,6 +383,43 @@ fn an_operator_is_answered_when_the_world_has_decided() {
     coordinator.refuse_waiting();
     assert_eq!(replies(&mut coordinator), [(second, "robot `east`: the run is over".to_owned())]);
     assert_eq!(refusal(coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE)), "the run is over");
+}
+
+#[test]
+fn faults_go_to_the_world_and_what_is_none_does_not() {
+    let mut coordinator = running(&["clock.tick_hz=50"]);
+    let inject = |robot: &str, fault, for_s| Request::Inject { robot: robot.to_owned(), fault, for_s };
+    let wrong = [
+        ("nobody", Fault::Kill, None, "unknown robot `nobody`"),
+        ("\x1b[2J", Fault::Kill, None, "unknown robot `\\u{1b}[2J`"),
+        ("east", Fault::Kill, Some(1.0), "kill: it does not last"),
+        ("east", Fault::Resume, Some(1.0), "resume: it does not last"),
+        ("east", Fault::Pause, Some(f64::NAN), "pause: NaN s is not a length of time"),
+        ("east", Fault::Pause, Some(f64::INFINITY), "pause: inf s is not a length of time"),
+        ("east", Fault::Mute, Some(0.0), "mute: 0 s is not a length of time"),
+        ("east", Fault::Mute, Some(-1.0), "mute: -1 s is not a length of time"),
+        ("east", Fault::Drop { share: 1.5 }, None, "drop: 1.5 is not between 0 and 1"),
+        ("east", Fault::Noise { sigma_m: f64::NAN }, None, "noise: NaN m is not between"),
+        ("east", Fault::Delay { ticks: u32::MAX }, None, "delay: 4294967295 ticks is not between 0 and 255"),
+    ];
+    for (robot, fault, for_s, problem) in wrong {
+        let said = refusal(coordinator.request(&inject(robot, fault, for_s), FREE_PLACE));
+        assert!(said.starts_with(problem), "{said}");
+    }
+    assert_eq!(coordinator.take_actions(), []);
+    let right = [(Fault::Kill, None, None), (Fault::Mute, Some(0.3), Some(15)), (Fault::Pause, Some(1e-9), Some(1))];
+    for ((fault, for_s, ticks), id) in right.into_iter().zip(0..) {
+        let ticket = Ticket::Fault(FaultId(id));
+        assert_eq!(coordinator.request(&inject("west", fault, for_s), FREE_PLACE), Answer::Later(ticket));
+        let order = Order::Fault { id: FaultId(id), index: RobotIndex(1), fault, ticks };
+        assert_eq!(coordinator.take_actions(), [Action::Order(order)]);
+        answer(&mut coordinator, ticket, None);
+        assert_eq!(replies(&mut coordinator), [(ticket, format!("fault for {ticks:?} ticks"))]);
+    }
+    coordinator.request(&inject("west", Fault::Pause, None), FREE_PLACE);
+    answer(&mut coordinator, Ticket::Fault(FaultId(3)), Some("the robot is dead"));
+    let told = replies(&mut coordinator);
+    assert_eq!(told, [(Ticket::Fault(FaultId(3)), "robot `west`: the robot is dead".to_owned())]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What an agent tells others and asks of its body: flags, poses, and the joints of arms.
 
 use geometry::ArmState;
-use model::{Drive, RobotIndex, RobotInstance, Scenario, Wheels};
+use model::{Drive, Radio, RobotIndex, RobotInstance, Scenario, Wheels};
 use nalgebra::{Point2, Vector2};
 use planners::{Neighbor, Plan, PlanInput, Planner};
 use protocol::daemon_to_robot::AgentSpec;
@@ -108,7 +108,7 @@ impl Robot {
     fn look(&mut self, odometry: &Odometry, heard: &[(NeighborRef, SharedPose)], pieces: &[Piece], time: Time) -> Said {
         // Where a pose is made there is an older one.
         let mut pose = SharedPose { x_m: f64::NAN, stamp_ns: 1, flags: u32::MAX, reserved: 1, ..SharedPose::default() };
-        let outputs = self.agent.step(&AgentInputs { odometry, heard, pieces, time }, &mut pose);
+        let outputs = self.agent.step(&AgentInputs { odometry, heard, radio: Radio::PERFECT, pieces, time }, &mut pose);
         assert_eq!((pose.stamp_ns, pose.reserved), (0, 0));
         self.board = pose;
         Said { pose, drive: outputs.drive }

@@ -212,13 +212,41 @@ robot = "a"
     ));
     let radio = |delay_ticks, drop| Radio { delay_ticks, drop, noise_m: 0.02 };
     let expected = [
-        TimelineEvent { tick: 50, what: TimelineAction::Pause { robot: 0, ticks: 5 } },
-        TimelineEvent { tick: 100, what: TimelineAction::Kill { robot: 0 } },
+        TimelineEvent { tick: 50, what: TimelineAction::pause(0, 5) },
+        TimelineEvent { tick: 100, what: TimelineAction::kill(0) },
         TimelineEvent { tick: 150, what: TimelineAction::Radio { robot: None, radio: radio(4, 0.1) } },
         TimelineEvent { tick: 150, what: TimelineAction::Radio { robot: Some(0), radio: radio(0, 1.0) } },
     ];
     assert_eq!(scenario.events, expected);
     assert_eq!(scenario.robots[0].restart, Restart { limit: 2, delay_ticks: 25 });
+}
+
+#[test]
+fn faults_have_a_length_or_last_until_they_are_ended() {
+    let event = |at_s: f64, rest: &str| format!("[[event]]\nat_s = {at_s}\nrobot = \"a\"\n{rest}\n");
+    let events: String = [
+        event(1.0, "kind = \"pause\""),
+        event(2.0, "kind = \"resume\""),
+        event(3.0, "kind = \"mute\"\nfor_s = 0.5"),
+        event(4.0, "kind = \"delay\"\ndelay_ticks = 7"),
+        event(5.0, "kind = \"drop\"\ndrop = 0.3\nfor_s = 0.02"),
+        event(6.0, "kind = \"noise\"\nnoise_m = 0.25"),
+        event(7.0, "kind = \"slow-cpu\"\nslow_s = 0.25\nfor_s = 1"),
+    ]
+    .concat();
+    let scenario = scenario(&format!("{}{events}", alone("")));
+    let expected = [
+        (50, Fault::Pause, None),
+        (100, Fault::Resume, None),
+        (150, Fault::Mute, Some(25)),
+        (200, Fault::Delay { ticks: 7 }, None),
+        (250, Fault::Drop { share: 0.3 }, Some(1)),
+        (300, Fault::Noise { sigma_m: 0.25 }, None),
+        (350, Fault::SlowCpu { ms: 250.0 }, Some(50)),
+    ];
+    let expected = expected
+        .map(|(tick, fault, ticks)| TimelineEvent { tick, what: TimelineAction::Fault { robot: 0, fault, ticks } });
+    assert_eq!(scenario.events, expected);
 }
 
 #[test]

@@ -30,8 +30,8 @@ impl World {
     ///
     /// Settled is a robot that has arrived, or is gone for good. One that is about to enter, paused or to be restarted
     /// is not, arrived or not, because it comes back by itself; a held one is once it has arrived, because nobody knows
-    /// whether it ever comes back. Joins, tasks and leaves that the timeline still holds for robots that are not gone
-    /// are waited for, as are orders; kills, pauses and radio faults are not.
+    /// whether it ever comes back, and so is one that is paused until it is resumed. Joins, tasks and leaves that the
+    /// timeline still holds for robots that are not gone are waited for, as are orders; faults and the radio are not.
     pub fn finished(&self) -> bool {
         self.stopped || self.tick >= self.clock.ticks_max || self.clock.stop == Stop::Arrived && self.is_settled()
     }
@@ -45,7 +45,7 @@ impl World {
             TimelineAction::Join { robot } | TimelineAction::Leave { robot } | TimelineAction::Task { robot, .. } => {
                 self.presences[robot].gone().is_none()
             }
-            TimelineAction::Kill { .. } | TimelineAction::Pause { .. } | TimelineAction::Radio { .. } => false,
+            TimelineAction::Fault { .. } | TimelineAction::Radio { .. } => false,
         };
         self.presences.iter().zip(&self.referees).all(settled)
             && !self.events[self.next_event..].iter().any(wakes)

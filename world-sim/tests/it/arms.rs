@@ -218,8 +218,8 @@ fn links_are_seen_at_any_time_and_by_all_others() {
         robot.radio_range_m = 4.0;
     }
     scenario.events = vec![
-        at(2, TimelineAction::Pause { robot: 1, ticks: 3 }),
-        at(3, TimelineAction::Kill { robot: 4 }),
+        at(2, TimelineAction::pause(1, 3)),
+        at(3, TimelineAction::kill(4)),
         at(7, TimelineAction::Leave { robot: 1 }),
     ];
     let mut driver = Driver::new(&scenario);
@@ -274,7 +274,7 @@ fn pieces_of_links_say_where_they_are_and_whose() {
 #[test]
 fn a_dead_arm_stays_a_body() {
     let mut scenario = scenario(vec![arm(0, [0.0, 0.0], [0.0, 0.3]), robot(1, [0.8, 2.0], [0.8, -2.0])]);
-    scenario.events = vec![at(3, TimelineAction::Kill { robot: 0 })];
+    scenario.events = vec![at(3, TimelineAction::kill(0))];
     let mut driver = Driver::new(&scenario);
     driver.until(3);
     for _ in 0..50 {

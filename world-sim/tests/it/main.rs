@@ -3,6 +3,7 @@
 mod arms;
 mod attendance;
 mod driver;
+mod faults;
 mod physics;
 mod presence;
 mod ranges;

@@ -362,7 +362,7 @@ fn frames_show_robots_and_moving_obstacles() {
     let motion = Motion::Orbit { center: [5.0, 5.0].into(), radius_m: 1.0, omega_radps: 1.0, phase_rad: 0.0 };
     scenario.obstacles = vec![wall([0.0, 9.0], [1.0, 9.0], 0.0), wall([0.0, 9.0], [0.0, 9.0], 0.3)];
     scenario.obstacles[1].motion = Some(motion);
-    scenario.events = vec![at(0, TimelineAction::Leave { robot: 1 }), at(1, TimelineAction::Kill { robot: 2 })];
+    scenario.events = vec![at(0, TimelineAction::Leave { robot: 1 }), at(1, TimelineAction::kill(2))];
     let mut driver = Driver::new(&scenario);
     driver.until(1);
     driver.open();

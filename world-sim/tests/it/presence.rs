@@ -67,7 +67,7 @@ fn the_timeline_joins() {
 
 #[test]
 fn the_timeline_kills() {
-    let kill = || vec![at(5, TimelineAction::Kill { robot: 0 })];
+    let kill = || vec![at(5, TimelineAction::kill(0))];
     let driver = check(pair(), kill(), vec![], &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0 5:Kill.0");
     assert_eq!(driver.world.outcome().robots[0].gone, Some(Gone::Dead));
     // The report of the death that the world has ordered is no news.
@@ -84,18 +84,17 @@ fn the_timeline_kills() {
 
 #[test]
 fn the_timeline_pauses() {
-    let pause = || vec![at(5, TimelineAction::Pause { robot: 0, ticks: 4 })];
+    let pause = || vec![at(5, TimelineAction::pause(0, 4))];
     let story = "0:Expect@0.0 0:Entered.0 5:Pause.0 9:Resume.0 9:Entered.0";
     check(pair(), pause(), vec![], &[(0, 4, 0), (9, 19, 0)], story);
     // The daemon may report the stop that it made.
     check(pair(), pause(), vec![(6, absent(0, Absence::Stopped))], &[(0, 4, 0), (9, 19, 0)], story);
     let late = vec![(9, absent(0, Absence::Stopped))];
     check(pair(), pause(), late, &[(0, 4, 0), (9, 19, 0)], story);
-    let longer =
-        vec![at(5, TimelineAction::Pause { robot: 0, ticks: 2 }), at(6, TimelineAction::Pause { robot: 0, ticks: 5 })];
+    let longer = vec![at(5, TimelineAction::pause(0, 2)), at(6, TimelineAction::pause(0, 5))];
     let story = "0:Expect@0.0 0:Entered.0 5:Pause.0 6:Pause.0 11:Resume.0 11:Entered.0";
     check(pair(), longer, vec![], &[(0, 4, 0), (11, 19, 0)], story);
-    let killed = vec![at(5, TimelineAction::Pause { robot: 0, ticks: 4 }), at(6, TimelineAction::Kill { robot: 0 })];
+    let killed = vec![at(5, TimelineAction::pause(0, 4)), at(6, TimelineAction::kill(0))];
     let story = "0:Expect@0.0 0:Entered.0 5:Pause.0 6:Kill.0 6:Expect@8.1 8:Entered.1";
     check(restarting(1, 2), killed, vec![], &[(0, 4, 0), (8, 19, 1)], story);
 }
@@ -106,7 +105,7 @@ fn it_leaves() {
     let driver = check(pair(), vec![at(5, TimelineAction::Leave { robot: 0 })], vec![], &[(0, 4, 0)], story);
     assert_eq!(driver.world.outcome().robots[0].gone, Some(Gone::Left));
     check(pair(), vec![], vec![(5, Order::Remove { index: RobotIndex(0) })], &[(0, 4, 0)], story);
-    let paused = vec![at(4, TimelineAction::Pause { robot: 0, ticks: 9 }), at(5, TimelineAction::Leave { robot: 0 })];
+    let paused = vec![at(4, TimelineAction::pause(0, 9)), at(5, TimelineAction::Leave { robot: 0 })];
     let story = "0:Expect@0.0 0:Entered.0 4:Pause.0 5:Resume.0 5:Left.0";
     check(pair(), paused, vec![], &[(0, 3, 0)], story);
 }
@@ -170,8 +169,7 @@ fn a_held_robot_comes_back_when_it_answers() {
 #[test]
 fn due_names_whom_to_wait_for() {
     let mut scenario = restarting(1, 3);
-    scenario.events =
-        vec![at(5, TimelineAction::Kill { robot: 0 }), at(12, TimelineAction::Pause { robot: 1, ticks: 2 })];
+    scenario.events = vec![at(5, TimelineAction::kill(0)), at(12, TimelineAction::pause(1, 2))];
     let mut driver = Driver::new(&scenario);
     for tick in 0..16 {
         let expected = match tick {
@@ -226,9 +224,9 @@ fn robots_can_be_admitted() {
 fn odometry_says_who_is_present_and_who_has_left() {
     let mut scenario = pair();
     scenario.events = vec![
-        at(2, TimelineAction::Pause { robot: 0, ticks: 3 }),
+        at(2, TimelineAction::pause(0, 3)),
         at(7, TimelineAction::Leave { robot: 0 }),
-        at(9, TimelineAction::Kill { robot: 1 }),
+        at(9, TimelineAction::kill(1)),
     ];
     let mut driver = Driver::new(&scenario);
     for tick in 0..12 {
@@ -254,7 +252,7 @@ fn odometry_says_who_is_present_and_who_has_left() {
 #[test]
 fn an_absent_robot_stands_still_and_comes_back_where_it_stands() {
     let mut scenario = restarting(1, 3);
-    scenario.events = vec![at(5, TimelineAction::Kill { robot: 0 })];
+    scenario.events = vec![at(5, TimelineAction::kill(0))];
     let mut driver = Driver::new(&scenario);
     driver.until(5);
     let body = driver.position(0);

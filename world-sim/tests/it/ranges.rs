@@ -62,9 +62,9 @@ fn every_body_is_heard_or_seen_but_never_both() {
     let mut scenario = scenario((0..4).map(|i| robot(i, [i as f64, 0.0], [i as f64, 9.0])).collect());
     scenario.obstacles = vec![disc(0.0, -8.0, 0.5)];
     scenario.events = vec![
-        at(3, TimelineAction::Pause { robot: 1, ticks: 3 }),
+        at(3, TimelineAction::pause(1, 3)),
         at(4, TimelineAction::Join { robot: 2 }),
-        at(5, TimelineAction::Kill { robot: 3 }),
+        at(5, TimelineAction::kill(3)),
         at(9, TimelineAction::Leave { robot: 3 }),
     ];
     let mut driver = Driver::new(&scenario);
@@ -99,7 +99,7 @@ fn every_body_is_heard_or_seen_but_never_both() {
 fn a_restarted_neighbour_is_heard_in_its_new_life() {
     let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [0.0, 9.0]), robot(1, [1.0, 0.0], [1.0, 9.0])]);
     scenario.robots[1].restart.limit = 1;
-    scenario.events = vec![at(3, TimelineAction::Kill { robot: 1 })];
+    scenario.events = vec![at(3, TimelineAction::kill(1))];
     let mut driver = Driver::new(&scenario);
     let lives: Vec<Option<u32>> = (0..7)
         .map(|_| {
@@ -120,7 +120,7 @@ fn pieces_are_written_when_they_appear_or_move() {
         Obstacle { shape: Shape::Polygon(square), motion: None },
         Obstacle { motion: Some(moving), ..disc(5.0, 5.0, 0.5) },
     ];
-    scenario.events = vec![at(3, TimelineAction::Pause { robot: 1, ticks: 2 })];
+    scenario.events = vec![at(3, TimelineAction::pause(1, 2))];
     let mut driver = Driver::new(&scenario);
     // Pieces: three edges, the disc, two bodies. The paused body is seen again one tick later, but has not moved.
     let table: [&[usize]; 8] = [&[0, 1, 2, 3, 4, 5], &[3], &[3], &[3, 5], &[], &[], &[], &[]];
@@ -158,7 +158,7 @@ proptest! {
         };
         let shapes: Vec<Shape> = walls.iter().map(wall).chain(triangles.iter().map(triangle)).collect();
         scenario.obstacles = shapes.iter().map(|shape| Obstacle { shape: shape.clone(), motion: None }).collect();
-        scenario.events = vec![at(1, TimelineAction::Pause { robot: 0, ticks: 100 })];
+        scenario.events = vec![at(1, TimelineAction::pause(0, 100))];
         for (slot, _) in ranges.iter().take(scenario.robots.len()).enumerate().filter(|(_, range)| range.3) {
             let radio = Radio { drop: 0.1, ..Radio::PERFECT };
             scenario.events.push(at(1, TimelineAction::Radio { robot: Some(slot), radio }));

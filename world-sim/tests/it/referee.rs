@@ -137,16 +137,13 @@ fn a_fleet_that_has_arrived_waits_for_what_is_to_come() {
         Driver::new(&scenario).run().ticks
     };
     assert_eq!(ends(vec![]), 20);
-    assert_eq!(
-        ends(vec![at(50, TimelineAction::Kill { robot: 0 }), at(60, TimelineAction::Pause { robot: 0, ticks: 5 })]),
-        20
-    );
+    assert_eq!(ends(vec![at(50, TimelineAction::kill(0)), at(60, TimelineAction::pause(0, 5))]), 20);
     assert_eq!(ends(vec![at(50, task([2.0, 0.0], false))]), 51);
     assert_eq!(ends(vec![at(50, TimelineAction::Join { robot: 1 })]), 55);
     assert_eq!(ends(vec![at(50, TimelineAction::Leave { robot: 1 })]), 51);
-    assert_eq!(ends(vec![at(15, TimelineAction::Pause { robot: 1, ticks: 30 })]), 46);
-    assert_eq!(ends(vec![at(3, TimelineAction::Kill { robot: 0 })]), 5, "the dead are not waited for");
-    assert_eq!(ends(vec![at(3, TimelineAction::Kill { robot: 0 }), at(90, task([2.0, 0.0], false))]), 5);
+    assert_eq!(ends(vec![at(15, TimelineAction::pause(1, 30))]), 46);
+    assert_eq!(ends(vec![at(3, TimelineAction::kill(0))]), 5, "the dead are not waited for");
+    assert_eq!(ends(vec![at(3, TimelineAction::kill(0)), at(90, task([2.0, 0.0], false))]), 5);
 }
 
 #[test]
