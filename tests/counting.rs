@@ -40,6 +40,12 @@ pub(crate) fn calls() -> usize {
     CALLS.get()
 }
 
+/// How much memory this thread holds, bytes.
+#[allow(dead_code, reason = "not every program that counts asks for it")]
+pub(crate) fn held() -> usize {
+    HELD.get()
+}
+
 /// The most memory, in bytes, that this thread holds at any moment of some work, beyond what it holds before.
 #[allow(dead_code, reason = "not every program that counts asks for it")]
 pub(crate) fn peak_of<T>(work: impl FnOnce() -> T) -> (T, usize) {

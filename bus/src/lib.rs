@@ -58,7 +58,7 @@ pub use frames::{FramePublisher, FrameSubscriber};
 pub use gate::{Gate, Progress, TickWait};
 pub use lock::Lease;
 pub use node::Node;
-pub use operator::{OperatorClient, OperatorServer, Responder};
+pub use operator::{Noise, OperatorClient, OperatorServer, Responder};
 pub use robot_board::{Poses, RobotReader, RobotWriter};
 pub use services::Services;
 pub use sizes::Sizes;

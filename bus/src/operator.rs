@@ -36,7 +36,7 @@ const REPLY_BYTES_MAX: usize = 4 << 20;
 const CONNECTIONS_MAX: usize = 128;
 /// How long a connection may take to deliver its request, and to take its reply.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// A connection that has been silent for this long makes room when all places are taken.
+/// A connection that has been silent, or has not read its reply, for this long makes room when all places are taken.
 const IDLE: Duration = Duration::from_millis(200);
 /// How long an operator sleeps between two attempts to connect.
 const RETRY: Duration = Duration::from_millis(10);
@@ -84,6 +84,16 @@ pub struct OperatorServer {
     listener: UnixListener,
     incoming: Vec<Incoming>,
     shared: Rc<Shared>,
+    noise: Noise,
+}
+
+/// What clients sent that is not a request.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Noise {
+    /// How often, since the server was opened.
+    pub count: u64,
+    /// What was wrong with the newest; without control characters.
+    pub newest: String,
 }
 
 impl OperatorServer {
@@ -105,7 +115,12 @@ impl OperatorServer {
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC).map_err(|e| failed(e.into()))?;
         epoll::add(&epoll, &listener, EventData::new_u64(0), EventFlags::IN).map_err(|e| failed(e.into()))?;
         let shared = Shared { epoll, connections: Cell::new(0), replies: RefCell::default() };
-        Ok(OperatorServer { listener, incoming: Vec::new(), shared: Rc::new(shared) })
+        Ok(OperatorServer { listener, incoming: Vec::new(), shared: Rc::new(shared), noise: Noise::default() })
+    }
+
+    /// What clients have sent that is not a request.
+    pub fn noise(&self) -> &Noise {
+        &self.noise
     }
 
     /// The next request, if there is one. What is not a request (a client of another version, noise) is answered in here
@@ -131,6 +146,8 @@ impl OperatorServer {
                     match understood(&bytes) {
                         Ok(request) => return Some((request, responder)),
                         Err(problem) => {
+                            self.noise.count += 1;
+                            self.noise.newest = problem.escape_debug().to_string();
                             let hint = Some("use the executable that started the fleet".to_owned());
                             responder.reply(&Reply::Refused { problem, hint });
                         }
@@ -144,9 +161,11 @@ impl OperatorServer {
     fn accept(&mut self, now_ns: u64) {
         loop {
             if self.shared.connections.get() >= CONNECTIONS_MAX {
-                // The one that has been silent for the longest time goes, or the newcomer waits in the kernel's queue.
+                // The one that has been silent, or has not read, for the longest time goes, or the newcomer waits in the
+                // kernel's queue.
                 match self.incoming.first() {
                     Some(oldest) if expired(oldest.since_ns, now_ns, IDLE) => drop(self.incoming.remove(0)),
+                    _ if self.shared.drop_unread(now_ns) => {}
                     _ => return,
                 }
             }
@@ -295,6 +314,16 @@ impl Outgoing {
 }
 
 impl Shared {
+    /// Drops the reply that its client has not taken for the longest time, if that is long; whether there was one.
+    fn drop_unread(&self, now_ns: u64) -> bool {
+        let mut replies = self.replies.borrow_mut();
+        let is_stale = replies.first().is_some_and(|oldest| expired(oldest.since_ns, now_ns, IDLE));
+        if is_stale {
+            replies.remove(0);
+        }
+        is_stale
+    }
+
     fn send_replies(&self, now_ns: u64) {
         // Dropping one touches the count of connections, not the list.
         let mut replies = self.replies.borrow_mut();

@@ -9,8 +9,8 @@ mod operators;
 use model::{
     Event, EventName, ProcessState, RobotIndex, RobotInstance, Scenario, StragglerPolicy, TaskId, TimelineAction,
 };
-use operators::Waiting;
-pub use operators::{Answer, CONFIRM_WITHIN, WAITING_MAX};
+pub use operators::{Answer, CONFIRM_WITHIN, NOISE_EVERY, WAITING_MAX};
+use operators::{Noise, Waiting};
 use protocol::daemon_to_world::{Absence, FaultId, Order, Ticket};
 use protocol::operator_to_daemon::Reply;
 use protocol::world_to_daemon::Notice;
@@ -135,6 +135,7 @@ pub struct Coordinator {
     faults: FaultId,
     /// What operators asked for and the world has not answered, in the order in which it was asked for.
     waiting: Vec<Waiting>,
+    noise: Noise,
     /// When time was looked at last.
     looked_at: Option<Duration>,
     /// Notices of the world that have not come, as far as is known.
@@ -169,6 +170,7 @@ impl Coordinator {
             tasks: TaskId(0),
             faults: FaultId(0),
             waiting: Vec::new(),
+            noise: Noise::default(),
             looked_at: None,
             missed: Missed::default(),
         }

@@ -34,6 +34,8 @@ use world_sim::outcome_file::OutcomeFile;
 
 /// How often the daemon looks at the clock while nothing happens.
 const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+/// Requests of operators that are answered before anything else is looked at again.
+const REQUESTS_AT_A_TIME: usize = 32;
 /// How often it looks whether the fleet's files are still there.
 const FOOTING_EVERY: Duration = Duration::from_millis(250);
 /// How long the world may take to end once it has been asked to: some container runtimes kill after ten seconds.
@@ -375,9 +377,11 @@ impl Supervisor {
         }
     }
 
-    /// Answers operators.
+    /// Answers operators: no more at a time than leaves room for everything else, however many there are. The others are
+    /// waited on by the next `poll`, which returns immediately.
     fn serve(&mut self) {
-        while let Some((request, responder)) = self.operators.take() {
+        for _ in 0..REQUESTS_AT_A_TIME {
+            let Some((request, responder)) = self.operators.take() else { break };
             let answer = match &request {
                 Request::Status => Answer::Now(Reply::Status(self.status())),
                 // An operator who went believes that nothing was done.
@@ -403,6 +407,8 @@ impl Supervisor {
                 Answer::Later(ticket) => self.awaiting.push((ticket, responder)),
             }
         }
+        let noise = self.operators.noise();
+        self.coordinator.noise(noise.count, &noise.newest, now());
     }
 
     fn status(&self) -> Status {

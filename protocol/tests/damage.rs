@@ -6,7 +6,8 @@ mod counting;
 
 use counting::peak_of;
 use model::{
-    Event, EventKind, Gone, Outcome, Partner, RobotIndex, RobotInstance, RobotOutcome, Scenario, Task, TaskId, Touch,
+    Event, EventKind, Fault, Gone, Outcome, Partner, RobotIndex, RobotInstance, RobotOutcome, Scenario, Task, TaskId,
+    Touch,
 };
 use proptest::prelude::*;
 use scenarios::Overrides;
@@ -14,7 +15,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use shoal_protocol::codec::{EXPANSION_MAX, RESERVE_MAX, decode, encode};
 use shoal_protocol::daemon_to_robot::AgentSpec;
-use shoal_protocol::daemon_to_world::{Absence, Order, Ticket};
+use shoal_protocol::daemon_to_world::{Absence, FaultId, Order, Ticket};
 use shoal_protocol::operator_to_daemon::{NewRobot, Reply, Request, RobotStatus, Status};
 use shoal_protocol::record::{Ending, Header};
 use shoal_protocol::world_to_daemon::Notice;
@@ -84,6 +85,7 @@ fn kinds() -> Vec<Kind> {
             index: RobotIndex(3),
             task: Task { goal: [1.0, 2.0].into(), yaw_rad: None, now: true },
         },
+        Order::Fault { id: FaultId(1), index: RobotIndex(3), fault: Fault::SlowCpu { ms: 2.5 }, ticks: Some(75) },
         Order::Stop,
     ];
     orders.extend(absences.map(|cause| Order::Absent { instance, cause }));
@@ -92,11 +94,13 @@ fn kinds() -> Vec<Kind> {
             Request::Status,
             Request::Add(new_robot),
             Request::Task { robot: text(), task: Task { goal: [1.0; 2].into(), yaw_rad: Some(1.0), now: true } },
+            Request::Inject { robot: text(), fault: Fault::Drop { share: 0.5 }, for_s: Some(1.5) },
         ]),
         kind(&[
             Reply::Status(status),
             Reply::Added { robot: text(), index: RobotIndex(3) },
             Reply::Tasked { id: TaskId(1) },
+            Reply::Injected { ticks: Some(75) },
             Reply::Unconfirmed { problem: text(), hint: text() },
             Reply::Refused { problem: text(), hint: Some(text()) },
         ]),

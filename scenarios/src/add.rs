@@ -4,7 +4,7 @@ use crate::check::{self, Source};
 use crate::ground::{Ground, Surfaces};
 use crate::problems::{Origin, Problems, Report};
 use crate::{arm, methods, robots, walk};
-use model::kind::LARGE;
+use model::kind::{LARGE, Range};
 use model::{BodyKind, MAX_GOALS, ParamValues, Physics, Robot, Scenario};
 use nalgebra::Point2;
 
@@ -37,10 +37,12 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
     let taken = |id: &str| scenario.robots.iter().any(|robot| robot.id == id);
     let free = || (0..).map(|n| format!("r{n:02}")).find(|id| !taken(id)).unwrap_or_default();
     let id = request.id.clone().unwrap_or_else(free);
-    let mut report = Report::new(format!("robot `{}`", id.escape_debug()), Vec::new());
     let here = Origin::Whole;
-
-    if let Err(message) = walk::check_id(&id, 32) {
+    let wrong = walk::check_id(&id, 32).err();
+    // One that is not valid is only shown from here on, with whatever else is wrong.
+    let id = if wrong.is_none() { id } else { id.chars().take(40).flat_map(char::escape_debug).collect() };
+    let mut report = Report::new(format!("robot `{id}`"), Vec::new());
+    if let Some(message) = wrong {
         report.add(here, "id", message);
     } else if taken(&id) {
         report.add_hint(here, "id", format!("the id `{id}` is taken"), "leave the id out to get a free one");
@@ -59,8 +61,8 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
     let start_yaw_rad = request.start_yaw_rad.unwrap_or_else(|| {
         geometry::heading(request.goals.first().map_or(nalgebra::Vector2::zeros(), |goal| goal - request.start))
     });
-    if !start_yaw_rad.is_finite() {
-        report.add(here, "start_yaw_rad", format!("must be a number, is {start_yaw_rad}"));
+    if !Range::ANY.contains(start_yaw_rad) {
+        report.add(here, "start_yaw_rad", format!("must be a number of rad, is {start_yaw_rad}"));
     }
     let goals = if request.goals.is_empty() { vec![request.start] } else { request.goals.clone() };
     if goals.len() > MAX_GOALS {

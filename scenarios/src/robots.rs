@@ -7,6 +7,7 @@ use crate::problems::{Origin, Report};
 use crate::table::{self, Arm, Body, KindKey, Kinds, Mobile, PlacedArm, RestartPolicy, Root, WheelKeys};
 use crate::types::{PlannerName, Rounds};
 use crate::wheels;
+use model::kind::Range;
 use model::{BodyKind, Dynamics, Limits, Motion, ParamValues, Restart, Robot};
 use nalgebra::{Point2, Vector2};
 
@@ -254,6 +255,9 @@ pub(crate) fn check_goal_yaw(robot: &Robot, yaw_rad: Option<f64>, key: &str, ori
     if yaw_rad.is_some() && !BodyKind::ROLLING.contains(&robot.kind) {
         let message = format!("a {} does not turn: it has no heading at its goal", robot.kind.word());
         report.add_hint(origin, key, message, "leave the third number out, or make it a unicycle or a diff-drive");
+    }
+    if let Some(yaw_rad) = yaw_rad.filter(|yaw_rad| !Range::ANY.contains(*yaw_rad)) {
+        report.add(origin, key, format!("the heading there is to be a number of rad, is {yaw_rad}"));
     }
 }
 

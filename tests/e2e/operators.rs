@@ -4,9 +4,14 @@ use crate::support::{PrivateShm, Run, assert_clean, lanes, run, shoal, signal, s
 use bus::{Node, OrderSender};
 use model::{RobotIndex, RobotInstance};
 use protocol::daemon_to_world::{Absence, Order};
+use protocol::operator_to_daemon::PROTOCOL_VERSION;
 use protocol::record::Record;
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::Duration;
 use tempfile::TempDir;
 
 #[test]
@@ -196,6 +201,50 @@ fn an_order_about_nobody_silences_nobody() {
     assert_eq!(kinds.clone().filter(|kind| *kind == "died").count(), 1, "{ended}");
     let mut kinds = kinds.filter(|kind| *kind != "died");
     assert!(kinds.all(|kind| ["joined", "restarted", "arrived"].contains(&kind)), "{ended}");
+    assert_clean(&root);
+}
+
+/// Clients that ask without a pause, send noise, or say nothing: the daemon goes on to start, to reap and to answer.
+#[test]
+fn a_flood_of_clients_keeps_the_daemon_from_nothing() {
+    let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(2, 1.0));
+    let run = Run::scenario(&scenario).mode("realtime").set("defaults.restart=\"on-failure\"");
+    let run = run.set("defaults.restart_delay_s=0.1").set("fleet.command_timeout_s=30");
+    let mut fleet = run.start();
+    let (root, id, daemon) = (fleet.root(), fleet.id(), fleet.daemon());
+    fleet.wait_tick(1);
+    let socket = root.join("operator");
+    let flooding = AtomicBool::new(true);
+    std::thread::scope(|scope| {
+        let header = |version: u32| [&b"shOp"[..], &version.to_le_bytes(), &1_u32.to_le_bytes(), &[0]].concat();
+        let frames = [header(PROTOCOL_VERSION), header(PROTOCOL_VERSION), b"GET / HTTP/1.1\r\n\r\n".to_vec(), vec![]];
+        for frame in frames {
+            let (socket, flooding) = (&socket, &flooding);
+            scope.spawn(move || {
+                while flooding.load(Relaxed) {
+                    let Ok(mut stream) = UnixStream::connect(socket) else { continue };
+                    let _ = stream.set_read_timeout(Some(Duration::from_millis(300)));
+                    let _ = stream.write_all(&frame);
+                    if !frame.is_empty() {
+                        let _ = stream.read_to_end(&mut Vec::new());
+                    }
+                }
+            });
+        }
+        // Whatever fails in here: the flood ends, and the scope with it.
+        let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            fleet.wait_said("operators: refused");
+            signal(fleet.agent(1), Signal::KILL);
+            fleet.wait_said("b restarted: incarnation 1");
+            shoal(&["inject", "mute", "a", "--fleet", &id]).expect(0);
+            shoal(&["ps", "--fleet", &id]).expect(0);
+        }));
+        flooding.store(false, Relaxed);
+        result.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    });
+    signal(daemon, Signal::INT);
+    let ended = fleet.wait().expect(130);
+    ended.event("fault", "a");
     assert_clean(&root);
 }
 

@@ -1,6 +1,7 @@
 //! Records whose content was changed and whose checksum fits all the same.
 
 use crate::counting::peak_of;
+use crate::random::Random;
 use model::Scenario;
 use protocol::record::{MAGIC_END, Record};
 use scenarios::Overrides;
@@ -10,18 +11,6 @@ use world_sim::recorder::Recorder;
 
 /// A mutant of a few kilobytes may take this much, bytes: mostly for its picture.
 const PEAK_MAX: usize = 24 << 20;
-
-/// Numbers that repeat.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, bound: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % bound as u64) as usize
-    }
-}
 
 fn scenario(name: &str, duration_s: f64) -> Scenario {
     let entry = ::scenarios::find_catalog(name).expect("it ships with shoal");

@@ -4,7 +4,7 @@
 use crate::home::Home;
 use model::TaskId;
 use protocol::operator_to_daemon::{PROTOCOL_VERSION, Reply, Request};
-use shoal_bus::{OperatorClient, OperatorServer};
+use shoal_bus::{Noise, OperatorClient, OperatorServer};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
@@ -63,6 +63,76 @@ fn what_is_not_a_request_is_refused_and_costs_nothing_else() {
     let other = PROTOCOL_VERSION + 1;
     check(&frame(b"shOp", other, 1, &[0]), &format!("protocol version {other}, this fleet speaks {PROTOCOL_VERSION}"));
     check(b"GET / HTTP/1.1\r\n\r\n", "this is not a request of shoal");
+    let Noise { count, newest } = server.noise();
+    assert_eq!((*count, newest.as_str()), (6, "this is not a request of shoal"));
+}
+
+/// More of them than there are places: each keeps its place for a moment, and none for ever.
+#[test]
+fn clients_that_never_read_their_reply_make_room() {
+    let home = Home::new();
+    let mut server = OperatorServer::open(&home.0).unwrap();
+    let large = Reply::Refused { problem: "x".repeat(1 << 20), hint: None };
+    let deadline = Instant::now() + TIMEOUT;
+    let mut silent = Vec::new();
+    for _ in 0..300 {
+        let mut stream = dial(&home);
+        stream.write_all(&frame(b"shOp", PROTOCOL_VERSION, 1, &[0])).unwrap();
+        silent.push(stream);
+        while silent.len() % 64 == 0 && Instant::now() < deadline {
+            let Some((_, responder)) = server.take() else { break };
+            responder.reply(&large);
+        }
+    }
+    let address = home.0.clone();
+    let client = std::thread::spawn(move || OperatorClient::new(&address).ask(&Request::Status, TIMEOUT));
+    while !client.is_finished() {
+        assert!(Instant::now() < deadline, "not within {TIMEOUT:?}");
+        while let Some((_, responder)) = server.take() {
+            responder.reply(&large);
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert_eq!(client.join().unwrap(), Ok(large));
+}
+
+/// What arrives is changed at random, in its header and behind it: it is answered or dropped, and the next client is served.
+#[test]
+fn mutated_frames_do_no_harm() {
+    let home = Home::new();
+    let mut server = OperatorServer::open(&home.0).unwrap();
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut below = |bound: u64| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % bound) as usize
+    };
+    let whole = frame(b"shOp", PROTOCOL_VERSION, 1, &[0]);
+    let mut requests = 0;
+    for _ in 0..3000 {
+        let mut bytes = whole.clone();
+        for _ in 0..below(3) {
+            let at = below(bytes.len() as u64);
+            bytes[at] ^= 1 << below(8);
+        }
+        bytes.truncate(whole.len() - below(3).min(below(14)));
+        let mut stream = dial(&home);
+        // The server may have hung up already.
+        let _ = stream.write_all(&bytes);
+        if below(2) == 0 {
+            drop(stream);
+        }
+        while let Some((_, responder)) = server.take() {
+            requests += 1;
+            responder.reply(&Reply::Tasked { id: TaskId(7) });
+        }
+    }
+    assert!(requests > 300 && server.noise().count > 300, "{requests}, {:?}", server.noise());
+    let address = home.0.clone();
+    let client = std::thread::spawn(move || OperatorClient::new(&address).ask(&Request::Status, TIMEOUT));
+    serve_until(&mut server, || client.is_finished());
+    assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { id: TaskId(7) }));
 }
 
 #[test]

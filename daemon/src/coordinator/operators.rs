@@ -13,6 +13,8 @@ use std::time::Duration;
 
 /// An operator is not kept waiting for the world for longer. The operator's own patience is longer.
 pub const CONFIRM_WITHIN: Duration = Duration::from_secs(3);
+/// What is not a request is reported no more often.
+pub const NOISE_EVERY: Duration = Duration::from_secs(10);
 /// Orders that the world has not answered; further ones are refused.
 pub const WAITING_MAX: usize = 256;
 
@@ -33,6 +35,15 @@ pub(super) struct Waiting {
     pub(super) since: Option<Duration>,
     /// What the operator is told when the world takes it; `None` once the operator has been answered.
     reply: Option<Reply>,
+}
+
+/// What has been said of clients that send what is not a request.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Noise {
+    /// How often they had.
+    said: u64,
+    /// When it was said.
+    at: Option<Duration>,
 }
 
 impl Waiting {
@@ -69,6 +80,20 @@ impl Coordinator {
             }
             Err(refusal) => Answer::Now(refusal.into()),
         }
+    }
+
+    /// Clients have sent what is not a request, this often since the start; `newest` says what was wrong with the newest
+    /// of it. It is said, but not each time.
+    pub fn noise(&mut self, count: u64, newest: &str, now: Duration) {
+        let Noise { said, at } = self.noise;
+        if count == said || at.is_some_and(|at| now.saturating_sub(at) < NOISE_EVERY) {
+            return;
+        }
+        self.noise = Noise { said: count, at: Some(now) };
+        self.say(match count - said {
+            1 => format!("operators: refused what is not a request: {newest}"),
+            more => format!("operators: refused {more} times what is not a request, the last time: {newest}"),
+        });
     }
 
     /// The world has taken the order with this ticket, or will not.
@@ -147,7 +172,7 @@ impl Coordinator {
             // An arm is refused below, with the reason.
             Some(word) => Some(BodyKind::ALL.iter().copied().find(|kind| kind.word() == word).ok_or_else(|| {
                 let known: Vec<&str> = BodyKind::MOBILE.iter().map(|kind| kind.word()).collect();
-                refused(&format!("unknown kind `{word}`"), Some(&format!("known kinds: {}", known.join(", "))))
+                refused(&format!("unknown kind `{}`", shown(word)), Some(&format!("known kinds: {}", known.join(", "))))
             })?),
         };
         let wish = scenarios::NewRobot {
@@ -229,10 +254,7 @@ impl Coordinator {
         let robots = &self.scenario.robots;
         robots.iter().position(|robot| robot.id == name).ok_or_else(|| {
             let known: Vec<&str> = robots.iter().map(|robot| robot.id.as_str()).collect();
-            refused(
-                &format!("unknown robot `{}`", name.escape_debug()),
-                Some(&format!("known robots: {}", known.join(", "))),
-            )
+            refused(&format!("unknown robot `{}`", shown(name)), Some(&format!("known robots: {}", known.join(", "))))
         })
     }
 }
@@ -246,6 +268,11 @@ fn hint_for(problem: &str) -> Option<&'static str> {
         _ if problem.contains("the robot is ") => Some("`shoal ps` shows the robots of the fleet"),
         _ => None,
     }
+}
+
+/// A name that may be anything, as it can be shown.
+fn shown(name: &str) -> String {
+    name.chars().take(40).flat_map(char::escape_debug).collect()
 }
 
 /// Why a request is not granted, and the way out.

@@ -423,6 +423,25 @@ fn faults_go_to_the_world_and_what_is_none_does_not() {
 }
 
 #[test]
+fn noise_is_reported_now_and_then() {
+    let mut coordinator = running(&[]);
+    let said = |coordinator: &mut Coordinator, count: u64, second: u64| {
+        coordinator.noise(count, "it is too long", Duration::from_secs(second));
+        let actions = coordinator.take_actions().into_iter();
+        let lines = actions.map(|action| if let Action::Say(line) = action { line } else { panic!("{action:?}") });
+        lines.collect::<Vec<_>>()
+    };
+    assert_eq!(said(&mut coordinator, 0, 1), [""; 0]);
+    assert_eq!(said(&mut coordinator, 1, 2), ["operators: refused what is not a request: it is too long"]);
+    for second in 2..12 {
+        assert_eq!(said(&mut coordinator, 1000 * second, second), [""; 0], "it was said just now");
+    }
+    let sum = "operators: refused 11999 times what is not a request, the last time: it is too long";
+    assert_eq!(said(&mut coordinator, 12_000, 12), [sum]);
+    assert_eq!(said(&mut coordinator, 12_000, 3600), [""; 0]);
+}
+
+#[test]
 fn a_world_that_does_not_answer_is_not_waited_for_without_end() {
     let mut coordinator = running(&[]);
     coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE);

@@ -1,0 +1,522 @@
+//! Requests of operators, mutated: decoded, given to a coordinator, and what it orders given to a world.
+//!
+//! Nothing panics, memory is bounded by the size of the message, the fleet's state by its limits, every request has one
+//! answer, and only what makes sense becomes an order. The number of messages is `SHOAL_FUZZ_MESSAGES`, and the first
+//! seed `SHOAL_FUZZ_SEED`; with the former the test says how long it took:
+//!
+//! `SHOAL_FUZZ_MESSAGES=10000000 cargo test --release -p shoal --test hostile -- --nocapture mutated_requests`
+//!
+//! What it finds becomes a row of [`FOUND`] or of [`found`].
+
+use crate::counting::{held, peak_of};
+use crate::random::Random;
+use daemon::coordinator::{Action, Answer, Coordinator, Ending, Signal, WAITING_MAX};
+use model::{Fault, RobotIndex, Scenario, Task};
+use nalgebra::Point2;
+use protocol::codec::{self, EXPANSION_MAX, RESERVE_MAX};
+use protocol::daemon_to_robot::AgentSpec;
+use protocol::daemon_to_world::{Order, Ticket};
+use protocol::operator_to_daemon::{NewRobot, Reply, Request};
+use protocol::world_to_daemon::Notice;
+use scenarios::Overrides;
+use std::collections::BTreeSet;
+use std::time::Duration;
+use world_sim::World;
+
+/// Messages that one fleet gets before the next one takes its place.
+const EPOCH: u64 = 20_000;
+/// What an answer takes besides what decoding takes, bytes: it names all robots, and repeats a name.
+const ANSWER_MAX: usize = 1 << 20;
+/// What a fleet may hold, bytes: a full log, mostly.
+const HELD_MAX: usize = 32 << 20;
+
+/// Robots of every kind that drives about, an obstacle, and room for some more robots.
+fn scenario() -> Scenario {
+    let text = r#"
+        [clock]
+        stop = "duration"
+        duration_s = 100000
+        [world]
+        x_m = [-20, 20]
+        y_m = [-20, 20]
+        [fleet]
+        max_robots = 12
+        [defaults]
+        restart = "on-failure"
+        restart_limit = 1000
+        restart_delay_s = 0.1
+        [[robot]]
+        id = "a"
+        start_m = [0, 0]
+        goal_m = [5, 0]
+        [[robot]]
+        id = "b"
+        kind = "unicycle"
+        start_m = [0, 3]
+        goal_m = [5, 3]
+        [[robot]]
+        id = "c"
+        kind = "diff-drive"
+        start_m = [0, 6]
+        goal_m = [5, 6]
+        [[obstacle]]
+        shape = "disc"
+        center_m = [-5, -5]
+        radius_m = 1
+    "#;
+    scenarios::parse("fuzz.toml", text, &Overrides::default()).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// Requests that make sense, every kind of them.
+fn sensible() -> Vec<Request> {
+    let robot = || "b".to_owned();
+    let task = |yaw_rad, now| Task { goal: Point2::new(4.0, -2.5), yaw_rad, now };
+    let new = NewRobot { id: Some("new".to_owned()), start_m: [-8.0, 4.0], goal_m: [8.0, -4.0], ..NewRobot::default() };
+    let mut requests = vec![
+        Request::Status,
+        Request::Add(new.clone()),
+        Request::Add(NewRobot {
+            id: None,
+            start_yaw_rad: Some(1.0),
+            goal_yaw_rad: Some(-2.0),
+            planner: Some("straight".to_owned()),
+            kind: Some("unicycle".to_owned()),
+            ..new
+        }),
+        Request::Task { robot: robot(), task: task(None, false) },
+        Request::Task { robot: robot(), task: task(Some(1.5), true) },
+    ];
+    let faults = [
+        (Fault::Kill, None),
+        (Fault::Pause, None),
+        (Fault::Resume, None),
+        (Fault::Mute, Some(0.5)),
+        (Fault::Delay { ticks: 5 }, Some(1.0)),
+        (Fault::Drop { share: 0.5 }, None),
+        (Fault::Noise { sigma_m: 0.1 }, Some(2.5)),
+        (Fault::SlowCpu { ms: 5.0 }, None),
+    ];
+    requests.extend(faults.map(|(fault, for_s)| Request::Inject { robot: robot(), fault, for_s }));
+    for request in &requests {
+        // A request that comes gets a row above.
+        match request {
+            Request::Status | Request::Add(_) | Request::Task { .. } | Request::Inject { .. } => {}
+        }
+    }
+    requests
+}
+
+/// Numbers that break things.
+const NUMBERS: [f64; 16] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    2.5,
+    -5.0,
+    1e6,
+    1e9,
+    1e300,
+    -1e300,
+    f64::MAX,
+    f64::MIN_POSITIVE,
+    f64::EPSILON,
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+];
+
+/// Names that break things.
+const NAMES: [&str; 12] = [
+    "",
+    "a",
+    "b",
+    "world",
+    "../../etc/passwd",
+    "/dev/shm/x",
+    "\x1b[2J\x07\r\n",
+    "a\0b",
+    "\u{202e}abc",
+    "ä",
+    "new robot",
+    "zzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzz",
+];
+
+/// A request that is one by its form, with a content that may break things.
+fn hostile(random: &mut Random) -> Request {
+    fn number(random: &mut Random) -> f64 {
+        NUMBERS[random.below(NUMBERS.len())]
+    }
+    fn name(random: &mut Random) -> String {
+        match random.below(14) {
+            12 => "x".repeat(random.below(16_000)),
+            13 => format!("n{}", random.below(1000)),
+            known => NAMES[known].to_owned(),
+        }
+    }
+    let maybe = |random: &mut Random| random.below(2) == 0;
+    match random.below(8) {
+        0..3 => Request::Add(NewRobot {
+            id: maybe(random).then(|| name(random)),
+            start_m: [number(random), number(random)],
+            start_yaw_rad: maybe(random).then(|| number(random)),
+            goal_m: [number(random), number(random)],
+            goal_yaw_rad: maybe(random).then(|| number(random)),
+            planner: (random.below(6) == 0).then(|| name(random)),
+            kind: match random.below(4) {
+                0 => None,
+                1 => Some("unicycle".to_owned()),
+                2 => Some("two-link-arm".to_owned()),
+                _ => Some(name(random)),
+            },
+        }),
+        3..5 => {
+            let (goal, now) = (Point2::new(number(random), number(random)), maybe(random));
+            let yaw_rad = maybe(random).then(|| number(random));
+            Request::Task { robot: name(random), task: Task { goal, yaw_rad, now } }
+        }
+        _ => {
+            let fault = match random.below(8) {
+                0 => Fault::Kill,
+                1 => Fault::Pause,
+                2 => Fault::Resume,
+                3 => Fault::Mute,
+                4 => Fault::Delay { ticks: [0, 5, 255, 256, u32::MAX][random.below(5)] },
+                5 => Fault::Drop { share: number(random) },
+                6 => Fault::Noise { sigma_m: number(random) },
+                _ => Fault::SlowCpu { ms: number(random) },
+            };
+            Request::Inject { robot: name(random), fault, for_s: maybe(random).then(|| number(random)) }
+        }
+    }
+}
+
+/// A message: one of the corpus with one to four changes, or a hostile one.
+fn mutant(corpus: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
+    let chosen = &corpus[random.below(corpus.len())];
+    let mut bytes = match random.below(8) {
+        0 => return chosen.clone(),
+        1 | 2 => return codec::encode(&hostile(random)).expect("it can be encoded"),
+        3 => codec::encode(&hostile(random)).expect("it can be encoded"),
+        _ => chosen.clone(),
+    };
+    for _ in 0..=random.below(4) {
+        let at = random.below(bytes.len() + 1);
+        let (before, after) = (bytes[..at].to_vec(), bytes.get(at + 1..).unwrap_or_default().to_vec());
+        let put = |middle: &[u8]| [before.as_slice(), middle, after.as_slice()].concat();
+        bytes = match random.below(9) {
+            0 => put(&[random.below(256) as u8]),
+            1 => put(&[bytes.get(at).copied().unwrap_or(0) ^ (1 << random.below(8))]),
+            2 => put(&codec::encode(&(1_u64 << random.below(63))).expect("a number")),
+            3 => put(&[0xfd, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff]),
+            4 => put(&NUMBERS[random.below(NUMBERS.len())].to_le_bytes()),
+            5 => before,
+            6 => [before.as_slice(), &corpus[random.below(corpus.len())]].concat(),
+            7 => put([&[0xff, 0xfe][..], &[0xc0, 0x80], &[0xed, 0xa0, 0x80], &[0x1b, b'['], b"/"][random.below(5)]),
+            _ => after,
+        };
+    }
+    bytes.truncate(16 * 1024);
+    bytes
+}
+
+/// A fleet without processes: its world, its coordinator, and what goes between them.
+struct Fleet {
+    coordinator: Coordinator,
+    world: World,
+    /// Requests that the world has not answered.
+    asked: BTreeSet<Ticket>,
+    robots_max: usize,
+    pids: u32,
+}
+
+impl Fleet {
+    fn new(scenario: &Scenario) -> Fleet {
+        let mut fleet = Fleet {
+            coordinator: Coordinator::new(scenario.clone()),
+            world: World::new(scenario),
+            asked: BTreeSet::new(),
+            robots_max: scenario.fleet.max_robots,
+            pids: 0,
+        };
+        fleet.coordinator.begin();
+        fleet.act();
+        fleet
+    }
+
+    /// One message of an operator.
+    fn take(&mut self, bytes: &[u8]) -> Result<Reply, bool> {
+        let Ok(request) = codec::decode::<Request>(bytes) else { return Err(false) };
+        match self.coordinator.request(&request, &|_, _| None) {
+            Answer::Now(reply) => {
+                check_words(&reply);
+                assert_eq!(self.act(), 0, "{request:?} was refused, and something was ordered");
+                Ok(reply)
+            }
+            Answer::Later(ticket) => {
+                assert!(self.asked.insert(ticket), "{ticket:?} was given twice");
+                assert!(makes_sense(&request), "{request:?}");
+                assert_eq!(self.act(), 1, "one request is one order");
+                Err(true)
+            }
+        }
+    }
+
+    /// Does what the coordinator decided; how many orders of operators were among it.
+    fn act(&mut self) -> usize {
+        let mut orders = 0;
+        loop {
+            let actions = self.coordinator.take_actions();
+            if actions.is_empty() {
+                return orders;
+            }
+            for action in actions {
+                match action {
+                    Action::Spawn(instance) => {
+                        self.pids += 1;
+                        self.coordinator.spawned(instance, self.pids, Duration::ZERO);
+                    }
+                    Action::Signal(instance, Signal::Kill) => {
+                        let ending = Ending { signal: Some(9), code: None };
+                        self.coordinator.exited(instance, ending, None, None);
+                    }
+                    Action::Order(order) => {
+                        orders += usize::from(order.ticket().is_some());
+                        self.world.order(order);
+                    }
+                    Action::Reply(ticket, reply) => {
+                        assert!(self.asked.remove(&ticket), "{ticket:?} was answered twice, or not asked for");
+                        check_words(&reply);
+                    }
+                    Action::Signal(..) | Action::Say(_) | Action::News { .. } | Action::KillFleet => {}
+                }
+            }
+        }
+    }
+
+    /// The world does a tick: it answers what was asked.
+    fn tick(&mut self) {
+        self.world.open(&mut |_| true);
+        self.world.close(&mut |_| None);
+        for notice in self.world.take_notices() {
+            self.coordinator.notice(notice);
+        }
+        self.act();
+        assert!(self.asked.is_empty() && self.coordinator.unanswered() == 0, "{:?} without an answer", self.asked);
+    }
+
+    fn check_bounds(&self) {
+        assert!(self.coordinator.members().len() <= self.robots_max);
+        assert!(self.world.slots() <= self.robots_max);
+        assert!(self.coordinator.unanswered() <= WAITING_MAX && self.world.orders_waiting() <= 4 * WAITING_MAX);
+    }
+}
+
+/// What is shown to people and written to logs.
+fn check_words(reply: &Reply) {
+    let (Reply::Refused { problem, hint: Some(text) } | Reply::Unconfirmed { problem, hint: text }) = reply else {
+        if let Reply::Refused { problem, hint: None } = reply {
+            check_text(problem);
+        }
+        return;
+    };
+    check_text(problem);
+    check_text(text);
+}
+
+fn check_text(text: &str) {
+    let is_raw = |c: char| c.is_control() && c != '\n' || ('\u{202a}'..='\u{202e}').contains(&c);
+    assert!(!text.contains(is_raw), "{text:?}");
+}
+
+/// What may become an order: known without the checks of the coordinator.
+fn makes_sense(request: &Request) -> bool {
+    let is_place = |[x, y]: [f64; 2]| x.abs() <= 20.0 && y.abs() <= 20.0;
+    let is_angle = |yaw: Option<f64>| yaw.is_none_or(|yaw| yaw.abs() <= 1e6);
+    match request {
+        Request::Status => false,
+        Request::Add(NewRobot { id, start_m, start_yaw_rad, goal_m, goal_yaw_rad, .. }) => {
+            let is_name = |id: &String| {
+                let letters = "abcdefghijklmnopqrstuvwxyz0123456789_-";
+                id.starts_with(|c: char| c.is_ascii_lowercase())
+                    && id.len() <= 32
+                    && id.chars().all(|c| letters.contains(c))
+            };
+            let fits = is_place(*start_m) && is_place(*goal_m) && is_angle(*start_yaw_rad) && is_angle(*goal_yaw_rad);
+            fits && id.as_ref().is_none_or(is_name)
+        }
+        Request::Task { task, .. } => is_place(task.goal.into()) && is_angle(task.yaw_rad),
+        Request::Inject { fault, for_s, .. } => {
+            fault.problem().is_none() && for_s.is_none_or(|for_s| for_s > 0.0 && for_s <= 1e6)
+        }
+    }
+}
+
+/// Bytes that were harmful once, with what was wrong.
+const FOUND: [(&str, &[u8]); 2] = [
+    ("a task for a robot whose name has 2^62 bytes", &[0x02, 0xfd, 0, 0, 0, 0, 0, 0, 0, 0x40]),
+    ("a name that is not UTF-8", &[0x02, 0x02, 0xc0, 0x80, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]),
+];
+
+/// Requests that were granted once and should not have been, or whose refusal was harmful, with words of the refusal.
+fn found() -> Vec<(&'static str, Request, &'static str)> {
+    let unicycle = NewRobot {
+        start_m: [-8.0, 4.0],
+        goal_m: [8.0, -4.0],
+        kind: Some("unicycle".to_owned()),
+        ..NewRobot::default()
+    };
+    let heading = |yaw| Request::Add(NewRobot { goal_yaw_rad: Some(yaw), ..unicycle.clone() });
+    let task = |yaw_rad| Request::Task {
+        robot: "b".to_owned(),
+        task: Task { goal: Point2::new(4.0, 0.0), yaw_rad: Some(yaw_rad), now: false },
+    };
+    let escape = "\x1b[2J".to_owned();
+    vec![
+        ("a new robot's heading at its goal is not a number", heading(f64::NAN), "the heading there"),
+        ("a new robot's heading at its goal is endless", heading(f64::INFINITY), "the heading there"),
+        ("a task's heading is endless", task(f64::NEG_INFINITY), "the heading there"),
+        ("a task's heading has lost its digits", task(1e300), "the heading there"),
+        (
+            "a new robot's heading has lost its digits",
+            Request::Add(NewRobot { start_yaw_rad: Some(1e300), ..unicycle.clone() }),
+            "start_yaw_rad: must be a number of rad",
+        ),
+        (
+            "an unknown kind cleared the terminal",
+            Request::Add(NewRobot { kind: Some(escape.clone()), ..unicycle }),
+            "unknown kind `\\u{1b}[2J`",
+        ),
+        (
+            "the name of a new robot was repeated as it is, in what was wrong with its goal",
+            Request::Add(NewRobot { id: Some("a\0b".to_owned()), goal_m: [1e6, 0.0], ..NewRobot::default() }),
+            "is not a valid id",
+        ),
+        (
+            "an unknown robot cleared the terminal",
+            Request::Inject { robot: escape, fault: Fault::Mute, for_s: None },
+            "unknown robot `\\u{1b}[2J`",
+        ),
+    ]
+}
+
+#[test]
+fn what_was_found_once_stays_harmless() {
+    let scenario = scenario();
+    for (what, bytes) in FOUND {
+        assert_eq!(Fleet::new(&scenario).take(bytes), Err(false), "{what}");
+    }
+    for (what, request, words) in found() {
+        match Fleet::new(&scenario).take(&codec::encode(&request).expect("it can be encoded")) {
+            Ok(Reply::Refused { problem, .. }) => assert!(problem.contains(words), "{what}: {problem}"),
+            other => panic!("{what}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn sensible_requests_are_handed_on() {
+    for request in sensible().iter().filter(|request| **request != Request::Status) {
+        let mut fleet = Fleet::new(&scenario());
+        fleet.tick();
+        assert_eq!(fleet.take(&codec::encode(request).expect("it can be encoded")), Err(true), "{request:?}");
+        fleet.tick();
+    }
+}
+
+#[test]
+#[expect(clippy::print_stderr, reason = "how long it took, and what it came to")]
+fn mutated_requests_do_no_harm() {
+    let wanted = number("SHOAL_FUZZ_MESSAGES");
+    let messages = wanted.unwrap_or(200_000);
+    let first = number("SHOAL_FUZZ_SEED").unwrap_or(1);
+    let (scenario, began) = (scenario(), std::time::Instant::now());
+    let corpus: Vec<Vec<u8>> =
+        sensible().iter().map(|request| codec::encode(request).expect("it can be encoded")).collect();
+    let (mut unreadable, mut refused, mut granted, mut peak_max) = (0_u64, 0_u64, 0_u64, 0);
+    for epoch in 0..messages.div_ceil(EPOCH) {
+        let seed = first.wrapping_add(epoch);
+        let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+        let before = held();
+        let mut fleet = Fleet::new(&scenario);
+        let mut until_tick = 1;
+        for message in 0..EPOCH.min(messages - epoch * EPOCH) {
+            let bytes = mutant(&corpus, &mut random);
+            let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| peak_of(|| fleet.take(&bytes))));
+            let Ok((taken, peak)) = outcome else {
+                panic!(
+                    "seed {seed}, message {message}: {bytes:?}, as a request {:?}",
+                    codec::decode::<Request>(&bytes)
+                );
+            };
+            let most = RESERVE_MAX + EXPANSION_MAX * bytes.len() + ANSWER_MAX;
+            assert!(peak <= most, "seed {seed}, message {message}: {bytes:?} took {peak} bytes of memory");
+            peak_max = peak_max.max(peak);
+            match taken {
+                Err(false) => unreadable += 1,
+                Err(true) => granted += 1,
+                Ok(_) => refused += 1,
+            }
+            until_tick -= 1;
+            if until_tick == 0 {
+                fleet.check_bounds();
+                fleet.tick();
+                until_tick = 1 + random.below(400);
+            }
+        }
+        fleet.tick();
+        fleet.check_bounds();
+        let holds = held().saturating_sub(before);
+        assert!(holds <= HELD_MAX, "seed {seed}: the fleet holds {holds} bytes");
+    }
+    if wanted.is_some() {
+        let seconds = began.elapsed().as_secs_f64();
+        eprintln!(
+            "{messages} messages in {seconds:.1} s: {unreadable} unreadable, {refused} refused, {granted} granted"
+        );
+        eprintln!("at most {peak_max} bytes for one of them");
+    }
+    // A fuzzer that reaches nothing finds nothing.
+    let enough = messages / 100;
+    assert!([unreadable, refused, granted].iter().all(|count| *count >= enough), "{unreadable} {refused} {granted}");
+}
+
+/// What the daemon, the world and the agents tell one another: damaged, it is refused or read, in bounded memory.
+#[test]
+fn mutated_messages_between_processes_are_refused_or_read() {
+    let scenario = scenario();
+    let instance = model::RobotInstance { index: RobotIndex(1), incarnation: 0 };
+    let mut corpus = vec![codec::encode(&AgentSpec::new(&scenario, &scenario.robots[1], instance)).expect("a spec")];
+    for request in sensible() {
+        // The orders and notices that requests lead to.
+        let mut coordinator = Coordinator::new(scenario.clone());
+        let mut world = World::new(&scenario);
+        coordinator.request(&request, &|_, _| None);
+        for action in coordinator.take_actions() {
+            if let Action::Order(order) = action {
+                corpus.push(codec::encode(&order).expect("an order"));
+                world.order(order);
+            }
+        }
+        world.open(&mut |_| true);
+        corpus.extend(world.take_notices().iter().map(|notice| codec::encode(notice).expect("a notice")));
+    }
+    let mut random = Random(7);
+    for _ in 0..number("SHOAL_FUZZ_MESSAGES").unwrap_or(200_000) / 10 {
+        let bytes = mutant(&corpus, &mut random);
+        let most = RESERVE_MAX + EXPANSION_MAX * bytes.len();
+        for peak in [
+            peak_of(|| codec::decode::<Order>(&bytes).is_ok()).1,
+            peak_of(|| codec::decode::<Notice>(&bytes).is_ok()).1,
+            peak_of(|| codec::decode::<AgentSpec>(&bytes).is_ok()).1,
+        ] {
+            assert!(peak <= most, "{bytes:?} took {peak} bytes of memory");
+        }
+    }
+}
+
+/// What the environment asks for.
+fn number(name: &str) -> Option<u64> {
+    let text = std::env::var(name).ok()?;
+    Some(text.parse().unwrap_or_else(|_| panic!("{name} is to be a number, not `{text}`")))
+}
