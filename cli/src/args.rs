@@ -73,6 +73,8 @@ pub enum Verb {
     Ps(PsArgs),
     /// Show latencies and pose ages of a running fleet
     Latency(LatencyArgs),
+    /// Print what is known of a running fleet in the text format of Prometheus
+    Metrics(MetricsArgs),
     /// Add a robot to a running fleet
     Add(AddArgs),
     /// Send tasks to robots of a running fleet

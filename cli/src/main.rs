@@ -65,6 +65,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Latency(options) => done(verbs::latency::run(options)),
         Verb::Stress(options) => verbs::stress::run(options),
         Verb::Add(options) => done(verbs::add::run(options)),
+        Verb::Metrics(options) => done(verbs::metrics::run(options)),
         Verb::Task(verb) => done(verbs::task::run(verb)),
         Verb::Inject(verb) => done(verbs::inject::run(verb)),
         Verb::Agent(options) => done(verbs::internal::agent(options)),

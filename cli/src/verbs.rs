@@ -8,6 +8,7 @@ pub mod fleet;
 pub mod inject;
 pub mod internal;
 pub mod latency;
+pub mod metrics;
 pub mod planners;
 pub mod plot;
 pub mod ps;

@@ -39,6 +39,7 @@ texts! {
     of_add: "add --help",
     of_task: "task --help",
     of_task_send: "task send --help",
+    of_metrics: "metrics --help",
     of_inject: "inject --help",
     of_inject_pause: "inject pause --help",
     of_inject_slow_cpu: "inject slow-cpu --help",
@@ -53,7 +54,8 @@ fn no_verb_is_forgotten() {
     let command = shoal::args::Cli::command();
     let verbs: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
-    let known = "run plot reproduce stress bench validate schema planners doctor clean ps latency add task inject";
+    let known =
+        "run plot reproduce stress bench validate schema planners doctor clean ps latency metrics add task inject";
     assert_eq!(verbs.join(" "), known);
 }
 

@@ -3,6 +3,7 @@
 use crate::support::{PrivateShm, Run, SHOAL, assert_clean, lanes, run, shoal, signal};
 use rustix::process::{Signal, geteuid};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;
 
@@ -112,6 +113,43 @@ fn shared_memory_fills_up_while_the_fleet_runs() {
     assert_eq!(std::fs::read_dir(machine.path()).unwrap().count(), 1, "only the filler is left");
 }
 
+/// Anyone may make names in /dev/shm. Those that look like this user's fleets and are not are left alone, and take no part.
+#[test]
+fn names_that_others_made_beforehand_have_no_effect() {
+    let Some(machine) = PrivateShm::new("-t tmpfs -o size=256m tmpfs") else { return };
+    let (shm, outside) = (machine.path(), TempDir::new().unwrap());
+    let victim = outside.path().join("precious");
+    std::fs::write(&victim, "kept").unwrap();
+    let name = |id: &str| shm.join(format!("shoal-0-{id}"));
+    let foreign = |path: &Path| std::os::unix::fs::lchown(path, Some(65534), Some(65534)).unwrap();
+    // A directory, a file and a link to a directory of someone else, and a link of this user.
+    std::fs::create_dir(name("aaaaaa2")).unwrap();
+    std::fs::write(name("aaaaaa2").join("operator"), "not a socket").unwrap();
+    foreign(&name("aaaaaa2"));
+    std::fs::write(name("aaaaaa3"), "not a directory").unwrap();
+    foreign(&name("aaaaaa3"));
+    std::os::unix::fs::symlink(outside.path(), name("aaaaaa4")).unwrap();
+    foreign(&name("aaaaaa4"));
+    std::os::unix::fs::symlink(outside.path(), name("aaaaaa5")).unwrap();
+
+    let shoal = |args: &[&str]| {
+        let mut command = machine.shoal();
+        command.args(args);
+        run(command)
+    };
+    assert_eq!(shoal(&["ps", "--format", "json"]).expect(0).report["fleets"], serde_json::json!([]));
+    for id in ["aaaaaa2", "aaaaaa3", "aaaaaa4", "aaaaaa5"] {
+        for verb in [&["ps"][..], &["metrics"], &["task", "send", "a", "0,0"], &["inject", "kill", "a"]] {
+            let ended = shoal(&[verb, &["--fleet", id]].concat());
+            assert!(matches!(ended.code, Some(2 | 3)) && ended.stderr.starts_with("error: "), "{id} {verb:?}\n{ended}");
+        }
+    }
+    shoal(&["run", "head-on", "--mode", "lockstep"]).expect(0);
+    shoal(&["clean"]).expect(0);
+    assert_eq!(std::fs::read_to_string(&victim).unwrap(), "kept");
+    assert!(name("aaaaaa2").join("operator").exists() && name("aaaaaa3").exists(), "they are someone else's");
+}
+
 #[test]
 fn another_user_is_a_stranger() {
     if !geteuid().is_root() {
@@ -151,6 +189,14 @@ fn another_user_is_a_stranger() {
         let ended = run(stranger(&args));
         assert!(!ended.stdout.contains(&id), "{args:?}\n{ended}");
     }
+    // Every verb that names the fleet is refused, with the reason.
+    for words in ["ps", "latency", "metrics", "add --start 0,0.9 --goal 1,0.9", "task send a 0,0", "inject kill a"] {
+        let args: Vec<&str> = words.split(' ').chain(["--fleet", &id]).collect();
+        run(stranger(&args)).expect_failure(2, &["belongs to another user (uid 0)", "sudo -u"]);
+    }
+    let mut list = Command::new("setpriv");
+    list.args(["--reuid=65534", "--regid=65534", "--clear-groups", "ls", path]);
+    assert_eq!(run(list).stdout, "", "its files are not even listed");
     let cleaned = run(stranger(&["ps", "--format", "json"])).expect(0);
     assert!(!cleaned.stdout.contains(&id), "{cleaned}");
     // A fleet of its own is no different from anybody's.

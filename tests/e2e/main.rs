@@ -15,6 +15,7 @@ mod inject;
 mod latency;
 mod lies;
 mod lives;
+mod metrics;
 mod operators;
 mod places;
 mod processes;

@@ -5,10 +5,12 @@
 //! truth       what a run came to, recomputed from those ticks by other means than the world's
 //! build       scenarios from short texts and from the catalog; sweeps over seeds
 //! process     shoal as a real process, that ends with the test
+//! prometheus  a strict reader of what `shoal metrics` prints
 //! ```
 
 pub mod build;
 pub mod process;
+pub mod prometheus;
 pub mod recording;
 pub mod truth;
 

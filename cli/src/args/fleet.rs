@@ -96,6 +96,20 @@ impl ValueEnum for MetricArg {
     }
 }
 
+/// `shoal metrics`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal metrics
+  shoal metrics --fleet abcd234 > /var/lib/node_exporter/shoal.prom
+
+It reads what `shoal ps` and `shoal latency` read; the robots are not disturbed.")]
+pub struct MetricsArgs {
+    /// Which fleet.
+    #[command(flatten)]
+    pub fleet: FleetArg,
+}
+
 /// `shoal add`.
 #[derive(Debug, Args)]
 #[command(after_help = "\

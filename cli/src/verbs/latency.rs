@@ -91,6 +91,14 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
     Failure::first_of([printed, svg.map_or(Ok(()), |file| file.write(draw().as_bytes()))])
 }
 
+/// How the loops of a fleet have done so far.
+///
+/// # Errors
+/// When its files cannot be read.
+pub(super) fn facts(address: &Address) -> Result<LatencyFacts, Failure> {
+    look(address).map(|look| look.facts)
+}
+
 fn ended(address: &Address) -> Failure {
     Failure::environment(format!("fleet `{}`: the run has ended", address.id()))
         .hint("its report has the latency as well")

@@ -28,12 +28,7 @@ pub fn run(options: &PsArgs) -> Result<i32, Failure> {
     };
     let (mut fleets, mut failures) = (Vec::new(), Vec::new());
     for address in &addresses {
-        match status(address).or_else(|failure: Failure| {
-            let seen = unanswered::status(address).map_err(|_| failure.clone())?;
-            out::talk(&format!("fleet {}: {}", address.id(), failure.message()));
-            out::talk(&format!("fleet {}: shown is what can be seen without its daemon", address.id()));
-            Ok::<Status, Failure>(seen)
-        }) {
+        match seen(address) {
             Ok(status) => fleets.push((address.id(), status)),
             // It has ended since it was listed.
             Err(_) if !address.root().exists() => {}
@@ -62,6 +57,19 @@ pub fn run(options: &PsArgs) -> Result<i32, Failure> {
         out::fail(failure);
     }
     Ok(if failures.is_empty() { exit::OK } else { exit::ENVIRONMENT })
+}
+
+/// A fleet, as its daemon describes it; if that does not answer, which is said, as far as it can be seen without it.
+///
+/// # Errors
+/// When neither is possible.
+pub(super) fn seen(address: &Address) -> Result<Status, Failure> {
+    status(address).or_else(|failure: Failure| {
+        let seen = unanswered::status(address).map_err(|_| failure.clone())?;
+        out::talk(&format!("fleet {}: {}", address.id(), failure.message()));
+        out::talk(&format!("fleet {}: shown is what can be seen without its daemon", address.id()));
+        Ok(seen)
+    })
 }
 
 fn status(address: &Address) -> Result<Status, Failure> {
