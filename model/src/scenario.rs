@@ -432,7 +432,7 @@ pub struct Restart {
 }
 
 /// When a run counts as a success.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Expect {
     /// At least so many robots arrive; `None` is all of them.
     pub arrived_min: Option<usize>,
@@ -442,4 +442,8 @@ pub struct Expect {
     pub makespan_s_max: Option<f64>,
     /// The smallest clearance (to robots and to obstacles) is at least this, m; `None` does not matter.
     pub clearance_m_min: Option<f64>,
+    /// No contact begins from the first to the second of these times, s; `None` does not matter.
+    pub no_contact_s: Option<[f64; 2]>,
+    /// A robot whose process ended takes part again within this time, s; `None` does not matter.
+    pub rejoin_s_max: Option<f64>,
 }

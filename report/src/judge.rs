@@ -3,7 +3,7 @@
 use super::{EventReport, LatencyReport, Report, Verdict};
 use crate::exit;
 use crate::numbers;
-use model::{Expect, Gone, Metric, Mode};
+use model::{EventName, Expect, Gone, Metric, Mode};
 
 /// `realtime`: a larger share of missed periods is the machine's doing.
 pub const MISSED_SHARE_MAX: f64 = 0.001;
@@ -133,7 +133,7 @@ pub fn unmet(expect: &Expect, report: &Report) -> Vec<String> {
             0 => "no contact".to_string(),
             most => format!("at most {most} contact{}", plural(most)),
         };
-        let named: Vec<String> = contacts_of(report).take(CONTACTS_NAMED_MAX).collect();
+        let named: Vec<String> = contacts_of(&report.events).take(CONTACTS_NAMED_MAX).collect();
         let mut text = format!("expected {expected}, got {contacts}");
         if !named.is_empty() {
             let more = if contacts as usize > named.len() { ", ..." } else { "" };
@@ -163,12 +163,49 @@ pub fn unmet(expect: &Expect, report: &Report) -> Vec<String> {
             }
         }
     }
+
+    if let Some([from_s, to_s]) = expect.no_contact_s {
+        let within = |event: &&EventReport| {
+            event.kind == EventName::Contact && event.touch_s.is_some_and(|touch_s| (from_s..=to_s).contains(&touch_s))
+        };
+        let touched: Vec<&EventReport> = report.events.iter().filter(within).collect();
+        if !touched.is_empty() {
+            let named: Vec<String> = contacts_of(touched.iter().copied()).take(CONTACTS_NAMED_MAX).collect();
+            let more = if touched.len() > named.len() { ", ..." } else { "" };
+            let (count, named) = (touched.len(), named.join(", "));
+            unmet.push(format!("expected no contact from {from_s} s to {to_s} s, got {count}: {named}{more}"));
+        }
+    }
+
+    if let Some(longest_s) = expect.rejoin_s_max {
+        unmet.extend(absences(report).filter_map(|(robot, from_s, back_s)| match back_s {
+            Some(back_s) if back_s - from_s <= longest_s => None,
+            Some(back_s) => {
+                let took_s = back_s - from_s;
+                Some(format!(
+                    "expected `{robot}` to rejoin within {longest_s} s of {from_s:.2} s, it took {took_s:.2} s"
+                ))
+            }
+            None => Some(format!("expected `{robot}` to rejoin within {longest_s} s of {from_s:.2} s, it did not")),
+        }));
+    }
     unmet
 }
 
+/// Robots whose process ended while they were in the world: which, when, and when they were back.
+fn absences(report: &Report) -> impl Iterator<Item = (&str, f64, Option<f64>)> {
+    report.events.iter().enumerate().filter_map(|(place, event)| {
+        let ended = matches!(event.kind, EventName::Killed | EventName::Died);
+        let robot = event.robot.as_deref().filter(|_| ended)?;
+        let mut later = report.events[place + 1..].iter().filter(|later| later.robot.as_deref() == Some(robot));
+        let back = later.find(|later| matches!(later.kind, EventName::Restarted | EventName::Joined));
+        Some((robot, event.t_s, back.map(|back| back.t_s)))
+    })
+}
+
 /// The contacts in the log: `r03/r07 at 4.20 s`.
-fn contacts_of(report: &Report) -> impl Iterator<Item = String> {
-    report.events.iter().filter_map(|event| {
+fn contacts_of<'a>(events: impl IntoIterator<Item = &'a EventReport>) -> impl Iterator<Item = String> {
+    events.into_iter().filter_map(|event| {
         let (robot, other) = (event.robot.as_deref().unwrap_or("?"), event.with.as_deref()?);
         Some(format!("{robot}/{other} at {:.2} s", event.t_s))
     })

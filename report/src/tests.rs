@@ -68,7 +68,7 @@ fn scenario(robots: usize, mode: Mode) -> Scenario {
         template: robot(0),
         templates_of_others: Vec::new(),
         events: Vec::new(),
-        expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
+        expect: Expect::default(),
         warnings: Vec::new(),
     }
 }
@@ -476,6 +476,35 @@ fn unmet_expectations_are_explained() {
             facts.outcome.events.push(contact(210, 1, 2));
         },
         &["expected no contact, got 2: r01/r02 at 4.20 s, ..."],
+    );
+    check(
+        &|facts| {
+            (facts.outcome.robot_contacts, facts.scenario.expect.contacts_max) = (2, 2);
+            facts.outcome.events.extend([contact(210, 1, 2), contact(310, 0, 2)]);
+            facts.scenario.expect.no_contact_s = Some([5.0, 8.0]);
+        },
+        &["expected no contact from 5 s to 8 s, got 1: r00/r02 at 6.20 s"],
+    );
+    check(
+        &|facts| {
+            let killed = EventKind::Killed { source: FaultSource::Timeline };
+            let died = EventKind::Died { signal: Some(9), code: None, words: String::new() };
+            let back = |incarnation| EventKind::Restarted { incarnation };
+            facts.outcome.events.extend([
+                event(100, 0, killed.clone()),
+                event(110, 1, died),
+                event(120, 0, back(1)),
+                event(200, 0, killed.clone()),
+                event(210, 1, back(1)),
+                event(220, 2, killed),
+                event(225, 0, back(2)),
+            ]);
+            facts.scenario.expect.rejoin_s_max = Some(0.5);
+        },
+        &[
+            "expected `r01` to rejoin within 0.5 s of 2.20 s, it took 2.00 s",
+            "expected `r02` to rejoin within 0.5 s of 4.40 s, it did not",
+        ],
     );
     check(
         &|facts| {

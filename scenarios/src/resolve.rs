@@ -169,6 +169,8 @@ fn expect(node: &Node, crew: &Crew, report: &mut Report) -> Expect {
         contacts_max: node.get(table::Expect::contacts_max),
         makespan_s_max: node.get(table::Expect::makespan_s_max),
         clearance_m_min: node.get(table::Expect::clearance_m_min),
+        no_contact_s: node.get(table::Expect::no_contact_s).map(|Interval(times)| times),
+        rejoin_s_max: node.get(table::Expect::rejoin_s_max),
     }
 }
 

@@ -282,6 +282,10 @@ keys! {
         makespan_s_max: f64 => optional, "s", Range::POSITIVE;
         /// Minimum clearance to robots and obstacles.
         clearance_m_min: f64 => optional, "m", Range::ANY;
+        /// No contact begins from the first to the second of these times; `contacts_max` still counts all of them.
+        no_contact_s: Interval => optional, "s";
+        /// Maximum time until a robot whose process ended, on purpose or not, takes part again.
+        rejoin_s_max: f64 => optional, "s", Range::POSITIVE;
     }
 }
 

@@ -69,7 +69,7 @@ fn rings(count: usize) -> Scenario {
         robots: (0..count).map(robot).collect(),
         events: Vec::new(),
         warnings: Vec::new(),
-        expect: Expect { arrived_min: None, contacts_max: 0, makespan_s_max: None, clearance_m_min: None },
+        expect: Expect::default(),
     }
 }
 
