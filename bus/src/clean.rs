@@ -13,6 +13,10 @@ use std::path::{Path, PathBuf};
 
 /// The environment variable that marks the processes of a fleet, and all that those start: its value is the root.
 pub const MARK: &str = "SHOAL_FLEET";
+/// The file in the root of a fleet that is left running that holds its name.
+pub const NAME_FILE: &str = "name";
+/// The file in the root of a fleet that is left running that holds the path of its state directory.
+pub const STATE_FILE: &str = "state";
 /// Attempts to remove a root into which a process that is just ending still writes, at most.
 const PASSES_MAX: u32 = 8;
 /// How long killed processes may take to go.
@@ -38,6 +42,8 @@ pub struct SweepReport {
 pub struct FleetEntry {
     /// Where it lives.
     pub address: Address,
+    /// Its name, if it was given one.
+    pub name: Option<String>,
     /// Nobody looks after it.
     pub abandoned: bool,
     /// Processes of this user that were started for it.
@@ -104,7 +110,8 @@ pub fn list_fleets() -> Result<Vec<FleetEntry>> {
         }
         let abandoned = Lease::is_abandoned(&address).unwrap_or(false);
         let processes = processes_of(&address);
-        fleets.push(FleetEntry { address, abandoned, processes });
+        let name = std::fs::read_to_string(address.file(NAME_FILE)).ok();
+        fleets.push(FleetEntry { address, name, abandoned, processes });
     }
     fleets.sort_by(|a, b| a.address.id().cmp(b.address.id()));
     Ok(fleets)

@@ -6,6 +6,8 @@ mod fleet;
 mod inject;
 mod internal;
 mod run;
+mod service;
+mod task;
 mod values;
 
 pub use bench::*;
@@ -14,7 +16,9 @@ pub use fleet::*;
 pub use inject::*;
 pub use internal::*;
 pub use run::*;
-pub use values::{Pose, parse_duration, parse_point, parse_pose};
+pub use service::*;
+pub use task::*;
+pub use values::{Pose, not_an_option, parse_duration, parse_point, parse_pose};
 
 use clap::{Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
@@ -50,6 +54,10 @@ pub struct Cli {
 pub enum Verb {
     /// Run a scenario and print its report
     Run(Box<RunArgs>),
+    /// Start a fleet that runs until it is stopped
+    Up(Box<UpArgs>),
+    /// End a running fleet
+    Down(DownArgs),
     /// Draw a recorded run as SVG
     Plot(PlotArgs),
     /// Compare the planners with the results in their papers
@@ -71,13 +79,15 @@ pub enum Verb {
     Clean(CleanArgs),
     /// Show the robots of a running fleet
     Ps(PsArgs),
+    /// Show the log of a fleet started with `shoal up`
+    Logs(LogsArgs),
     /// Show latencies and pose ages of a running fleet
     Latency(LatencyArgs),
     /// Print what is known of a running fleet in the text format of Prometheus
     Metrics(MetricsArgs),
     /// Add a robot to a running fleet
     Add(AddArgs),
-    /// Send tasks to robots of a running fleet
+    /// Send tasks to robots of a running fleet, and follow them
     #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
     Task(TaskVerb),
     /// Put a fault on a robot of a running fleet

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use clap::error::ErrorKind;
-use shoal::args::{Cli, Verb};
+use shoal::args::{self, Cli, Verb};
 use shoal::exit::{self, Failure};
 use shoal::{out, verbs};
 use std::process::ExitCode;
@@ -20,7 +20,7 @@ fn main() -> ExitCode {
 /// Not a part of `main`: its frame needs more stack than there may be.
 #[inline(never)]
 fn obey() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_from(std::env::args_os().map(args::not_an_option)) {
         Ok(cli) => cli,
         Err(error) => {
             // A reader that went away is no reason to fail.
@@ -53,6 +53,9 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
     }
     match verb {
         Verb::Run(options) => shoal::run::run(options),
+        Verb::Up(options) => verbs::up::run(options),
+        Verb::Down(options) => done(verbs::down::run(options)),
+        Verb::Logs(options) => done(verbs::logs::run(options)),
         Verb::Plot(options) => done(verbs::plot::plot(options)),
         Verb::Reproduce(options) => verbs::reproduce::run(options),
         Verb::Bench(verb) => verbs::bench::run(verb),
@@ -66,7 +69,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Stress(options) => verbs::stress::run(options),
         Verb::Add(options) => done(verbs::add::run(options)),
         Verb::Metrics(options) => done(verbs::metrics::run(options)),
-        Verb::Task(verb) => done(verbs::task::run(verb)),
+        Verb::Task(verb) => verbs::task::run(verb),
         Verb::Inject(verb) => done(verbs::inject::run(verb)),
         Verb::Agent(options) => done(verbs::internal::agent(options)),
         Verb::World(options) => done(verbs::internal::world(options)),

@@ -3,10 +3,23 @@
 use crate::exit::{self, Failure};
 use crate::talk;
 use daemon::signals;
-use rustix::event::{PollFd, PollFlags, poll};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::termios;
 use std::io::{self, ErrorKind, IsTerminal};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// The reader of standard output has gone away.
+static UNREAD: AtomicBool = AtomicBool::new(false);
+
+/// Whether anybody may still read standard output: what would be written for ever can end.
+pub fn is_read() -> bool {
+    let stdout = rustix::stdio::stdout();
+    let mut ends = [PollFd::new(&stdout, PollFlags::empty())];
+    // A pipe or a socket whose reader has closed it is in error.
+    let _ = poll(&mut ends, Some(&Timespec { tv_sec: 0, tv_nsec: 0 }));
+    !UNREAD.load(Relaxed) && !ends[0].revents().intersects(PollFlags::ERR | PollFlags::NVAL)
+}
 
 /// Writes data to standard output. A reader that has gone away (`| head -1`) is not an error.
 pub fn data(text: &str) -> Result<(), Failure> {
@@ -15,7 +28,10 @@ pub fn data(text: &str) -> Result<(), Failure> {
             Err(Failure::environment(format!("standard output: cannot write: {error}"))
                 .hint("is the disk full? give the output another place"))
         }
-        _ => Ok(()),
+        written => {
+            UNREAD.fetch_or(written.is_err(), Relaxed);
+            Ok(())
+        }
     }
 }
 

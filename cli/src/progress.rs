@@ -179,7 +179,11 @@ fn now() -> Instant {
 /// The state in one line, the most important first: a narrow terminal cuts the end.
 fn line(frame: &Frame, state: &ProgressState) -> String {
     let time_s = state.tick as f64 / frame.tick_hz;
-    let time_s_max = frame.ticks_max as f64 / frame.tick_hz;
+    // A fleet that is left running has no end.
+    let of_max = match frame.ticks_max {
+        u64::MAX => String::new(),
+        ticks_max => format!(" of {:.0}", ticks_max as f64 / frame.tick_hz),
+    };
     let contacts = match state.contacts {
         1 => "1 contact".to_string(),
         n => format!("{n} contacts"),
@@ -187,7 +191,7 @@ fn line(frame: &Frame, state: &ProgressState) -> String {
     let factor = time_s / state.wall_s;
     let factor = if state.wall_s > 0.0 { format!("  x{factor:.2} real time") } else { String::new() };
     format!(
-        "{time_s:6.1} s of {time_s_max:.0}  arrived {}/{}  {contacts}{factor}  tick {}",
+        "{time_s:6.1} s{of_max}  arrived {}/{}  {contacts}{factor}  tick {}",
         state.arrived, state.robots, state.tick
     )
 }

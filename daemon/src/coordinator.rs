@@ -5,16 +5,19 @@
 //! (`operators.rs`).
 
 mod operators;
+mod tasks;
 
 use model::{
     Event, EventName, ProcessState, RobotIndex, RobotInstance, Scenario, StragglerPolicy, TaskId, TimelineAction,
 };
 pub use operators::{Answer, CONFIRM_WITHIN, NOISE_EVERY, WAITING_MAX};
-use operators::{Noise, Waiting};
+use operators::{Noise, Refusal, Waiting, hint_for, refused, shown};
 use protocol::daemon_to_world::{Absence, FaultId, Order, Ticket};
-use protocol::operator_to_daemon::Reply;
+use protocol::operator_to_daemon::{Reply, TaskRecord};
 use protocol::world_to_daemon::Notice;
 use std::time::Duration;
+use tasks::Tasks;
+pub use tasks::{BATCH_MAX, OPEN_MAX, Place};
 
 /// SIGBUS: what writing into a full tmpfs does.
 pub(crate) const SIGBUS: i32 = 7;
@@ -56,6 +59,16 @@ pub enum Action {
     Signal(RobotInstance, Signal),
     /// Tell the world.
     Order(Order),
+    /// Keep the records of these new tasks, of which this is the first, and say with [`Coordinator::kept`] whether that could
+    /// be done. The world does not know of them yet.
+    Keep {
+        /// Names them.
+        first: TaskId,
+        /// The records.
+        records: Vec<TaskRecord>,
+    },
+    /// Keep what has become of a task. It stands behind everything that follows: nothing is answered before.
+    Record(TaskRecord),
     /// Answer the operator whose request got this ticket.
     Reply(Ticket, Reply),
     /// Tell whoever watches.
@@ -131,7 +144,7 @@ pub struct Coordinator {
     stopping: bool,
     /// When the newest request for the end came.
     interrupted_at: Option<Duration>,
-    tasks: TaskId,
+    tasks: Tasks,
     faults: FaultId,
     /// What operators asked for and the world has not answered, in the order in which it was asked for.
     waiting: Vec<Waiting>,
@@ -167,7 +180,7 @@ impl Coordinator {
             actions: Vec::new(),
             stopping: false,
             interrupted_at: None,
-            tasks: TaskId(0),
+            tasks: Tasks::default(),
             faults: FaultId(0),
             waiting: Vec::new(),
             noise: Noise::default(),
@@ -231,6 +244,7 @@ impl Coordinator {
             Notice::Resume { instance } => self.signal(instance, Signal::Continue, Some(ProcessState::Running)),
             Notice::Left { instance } => self.left(instance),
             Notice::Answer { ticket, refused } => self.answered(ticket, refused),
+            Notice::Task { id, step } => self.task_step(id, step),
             Notice::Log(event) => {
                 if event.kind.name().is_notable(event.tick) {
                     let line = describe(&self.scenario, &event);
@@ -357,6 +371,7 @@ impl Coordinator {
             member.ending_since = member.ending_since.map(|since| since + away);
         }
         self.waiting.iter_mut().filter_map(|waiting| waiting.since.as_mut()).for_each(|since| *since += away);
+        self.tasks.was_away(away);
         self.answer_late(now);
         let limit = Duration::from_secs_f64(self.scenario.fleet.start_limit_s);
         let late: Vec<RobotInstance> = self

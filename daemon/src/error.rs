@@ -21,6 +21,8 @@ pub enum Kind {
     Gate,
     /// What the processes counted is missing.
     Statistics,
+    /// The state directory of a fleet that is left running: its lock, its database, its log.
+    State,
     /// The world ended without an outcome.
     World,
 }

@@ -3,6 +3,7 @@
 //! ```text
 //! supervisor      the processes of one fleet, and what they share: does what the coordinator decides
 //! coordinator     which process should run: pure
+//! assign          which robots do which goals: pure
 //! guardian        cleans after a killed daemon           janitor      clears away what dead processes left
 //! processes       children, started, watched, reaped     logs         what they print
 //! executables     agents of one's own                    scheduling   processors and classes of the processes
@@ -13,8 +14,10 @@
 //!
 //! No command line, no exit code and no picture is named here.
 
+pub mod assign;
 pub mod coordinator;
 pub mod descriptors;
+pub mod detach;
 pub mod error;
 pub mod executables;
 pub mod guardian;
@@ -23,6 +26,7 @@ pub mod limits;
 mod logs;
 pub mod processes;
 pub mod scheduling;
+pub mod service;
 pub mod signals;
 pub mod status;
 pub mod supervisor;

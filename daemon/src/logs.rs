@@ -35,6 +35,21 @@ const LINE_MAX: usize = 300;
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 const SUM_UP_EVERY: Duration = Duration::from_secs(5);
 
+/// A line that a process has printed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Spoken {
+    /// The name of its robot, or `world`.
+    pub speaker: String,
+    /// The line.
+    pub words: String,
+}
+
+impl std::fmt::Display for Spoken {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.speaker, self.words)
+    }
+}
+
 /// The logs of a fleet.
 pub(crate) struct Logs {
     root: PathBuf,
@@ -75,7 +90,7 @@ impl Logs {
 
     /// What was printed since the last look, for standard error; and memory is given back. Does something ten times a
     /// second at most.
-    pub(crate) fn look(&mut self, now: Duration) -> Vec<String> {
+    pub(crate) fn look(&mut self, now: Duration) -> Vec<Spoken> {
         let passed = now.saturating_sub(self.looked);
         if passed < LOOK_EVERY {
             return Vec::new();
@@ -90,7 +105,7 @@ impl Logs {
     }
 
     /// The process of this log has ended: the rest of what it printed.
-    pub(crate) fn close(&mut self, name: &str, now: Duration) -> Vec<String> {
+    pub(crate) fn close(&mut self, name: &str, now: Duration) -> Vec<Spoken> {
         let mut lines = Vec::new();
         if let Some(mut log) = self.open.remove(name) {
             log.look(&self.path(name), true, now, &mut lines);
@@ -119,7 +134,7 @@ impl Logs {
 }
 
 impl Log {
-    fn look(&mut self, path: &Path, ended: bool, now: Duration, lines: &mut Vec<String>) {
+    fn look(&mut self, path: &Path, ended: bool, now: Duration, lines: &mut Vec<Spoken>) {
         let Ok(meta) = std::fs::metadata(path) else { return };
         let size = meta.len();
         if size > self.said {
@@ -151,13 +166,14 @@ impl Log {
         let due = self.summed_up == Duration::ZERO || now.saturating_sub(self.summed_up) >= SUM_UP_EVERY;
         if self.left_out > 0 && (due || ended) {
             let left_out = report::text::bytes_text(std::mem::take(&mut self.left_out));
-            lines.push(format!("{}: ({left_out} of what it printed left out here)", self.speaker));
+            let words = format!("({left_out} of what it printed left out here)");
+            lines.push(Spoken { speaker: self.speaker.clone(), words });
             self.summed_up = now;
         }
     }
 
     /// Whole lines; of a process that has ended, the rest as well.
-    fn say(&mut self, text: &str, ended: bool, lines: &mut Vec<String>) {
+    fn say(&mut self, text: &str, ended: bool, lines: &mut Vec<Spoken>) {
         for line in text.split_inclusive('\n') {
             if !line.ends_with('\n') && !ended && line.len() <= LINE_MAX {
                 return;
@@ -167,7 +183,8 @@ impl Log {
             if words.is_empty() {
             } else if self.lines >= 1.0 {
                 self.lines -= 1.0;
-                lines.push(format!("{}: {}", self.speaker, report::cut(&words, LINE_MAX)));
+                let words = report::cut(&words, LINE_MAX).to_string();
+                lines.push(Spoken { speaker: self.speaker.clone(), words });
             } else {
                 self.left_out += line.len() as u64;
             }
@@ -225,6 +242,10 @@ mod tests {
 
     const S: Duration = Duration::from_secs(1);
 
+    fn texts(lines: Vec<Spoken>) -> Vec<String> {
+        lines.iter().map(Spoken::to_string).collect()
+    }
+
     /// A fleet's root of its own.
     struct Home(Address);
 
@@ -245,11 +266,11 @@ mod tests {
         let (_home, mut logs) = home();
         let mut file = logs.create("agent-1-0", "b".to_owned()).unwrap();
         file.write_all(b"one\n\n  \x1b[31mtwo\x07\nthr").unwrap();
-        assert_eq!(logs.look(S), ["b: one", "b: [31mtwo"]);
-        assert_eq!(logs.look(S), [""; 0], "once in a tenth of a second");
+        assert_eq!(texts(logs.look(S)), ["b: one", "b: [31mtwo"]);
+        assert_eq!(texts(logs.look(S)), [""; 0], "once in a tenth of a second");
         file.write_all("ee\n\u{fffd}\u{e9}".as_bytes()).unwrap();
-        assert_eq!(logs.look(2 * S), ["b: three"]);
-        assert_eq!(logs.close("agent-1-0", 3 * S), ["b: \u{fffd}\u{e9}"]);
+        assert_eq!(texts(logs.look(2 * S)), ["b: three"]);
+        assert_eq!(texts(logs.close("agent-1-0", 3 * S)), ["b: \u{fffd}\u{e9}"]);
         assert_eq!(logs.last_words("agent-1-0").unwrap(), "one / [31mtwo / three / \u{fffd}\u{e9}");
         file.write_all(&[b'x', 0xff, b'\n']).unwrap();
         assert!(logs.last_words("agent-1-0").unwrap().ends_with("?x?"), "bytes that are no text");
@@ -267,7 +288,7 @@ mod tests {
         for _ in 0..20 {
             file.write_all(chunk.as_bytes()).unwrap();
             now += LOOK_EVERY;
-            said.extend(logs.look(now));
+            said.extend(texts(logs.look(now)));
             let blocks = std::fs::metadata(home.0.file("agent-0-0.log")).unwrap().blocks() * 512;
             assert!(blocks <= KEPT + PAGE, "{blocks} bytes are taken");
         }
@@ -276,7 +297,7 @@ mod tests {
         let blocks = std::fs::metadata(home.0.file("agent-0-0.log")).unwrap().blocks() * 512;
         assert!(blocks <= KEPT + PAGE, "{blocks} bytes are taken while nobody listens");
         file.write_all(b"last\n").unwrap();
-        said.extend(logs.close("agent-0-0", now));
+        said.extend(texts(logs.close("agent-0-0", now)));
         let lines = said.iter().filter(|line| *line == "a: 0123456789abcde").count();
         assert_eq!(said[0], "a: how it began");
         assert!((19..=45).contains(&lines), "{lines} lines in two seconds");
@@ -289,7 +310,7 @@ mod tests {
         let (_home, mut logs) = home();
         let mut file = logs.create("world", "world".to_owned()).unwrap();
         file.write_all(&[b'x'; 2 * LINE_MAX]).unwrap();
-        let said = logs.look(S);
+        let said = texts(logs.look(S));
         assert!(said.len() == 1 && said[0].starts_with("world: xxx"), "{said:?}");
         assert!(said[0].chars().count() <= LINE_MAX + "world: ".len(), "{said:?}");
     }

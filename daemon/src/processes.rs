@@ -4,6 +4,7 @@ use crate::coordinator::Ending;
 use crate::error::{Error, Kind};
 use crate::executables::{Executables, cannot_start};
 use crate::logs::Logs;
+pub use crate::logs::Spoken;
 use crate::scheduling::schedule;
 use bus::{Address, Gate};
 use model::{ProcessState, Processes, RobotInstance};
@@ -55,7 +56,7 @@ pub struct Children {
     root: PathBuf,
     logs: Logs,
     /// Lines of processes that have ended.
-    said: Vec<String>,
+    said: Vec<Spoken>,
     scheduling: Processes,
     executables: Executables,
     /// The process group of the fleet: what agents of others start is in it as well.
@@ -259,7 +260,7 @@ impl Children {
     }
 
     /// What the processes printed since the last call, line by line; and keeps their logs small.
-    pub fn talk(&mut self, now: Duration) -> Vec<String> {
+    pub fn talk(&mut self, now: Duration) -> Vec<Spoken> {
         let mut lines = std::mem::take(&mut self.said);
         lines.extend(self.logs.look(now));
         lines

@@ -2,15 +2,18 @@
 //! decides, and tells it what became of it.
 
 mod ending;
+mod keeping;
 
 pub use ending::Finished;
 
-use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, Signal};
+use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, Place, Signal};
 use crate::error::{Error, Kind};
 use crate::executables::Executables;
 use crate::guardian::Guardian;
 use crate::janitor::Janitor;
 use crate::processes::{Change, Children, Who, now};
+use crate::service::{Entry, Level};
+use crate::service::{Service, wall_ms};
 use crate::signals::Signals;
 use crate::status;
 use bus::{
@@ -18,11 +21,13 @@ use bus::{
     Sizes, StatsSnapshot, WorldObserver, clean, clock,
 };
 use ending::full_memory;
+use keeping::Keeper;
 use model::{RobotIndex, RobotInstance, Scenario};
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
-use protocol::operator_to_daemon::{Reply, Request, Status};
+use protocol::operator_to_daemon::{Assign, Reply, Request, Status};
+use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::Signal as Kill;
@@ -94,6 +99,8 @@ pub struct Supervisor {
     spawned_ns: u64,
     /// What lives that are over have counted, by slot.
     departed: BTreeMap<RobotIndex, StatsSnapshot>,
+    /// What outlives the fleet, if it is one that is left running.
+    keeper: Option<Keeper>,
     janitor: Janitor,
     _node: Node,
     _services: Services,
@@ -107,6 +114,24 @@ pub struct Supervisor {
 /// When the environment fails: shared memory, an executable, a process that cannot be started, a dead world; or when
 /// the run is interrupted twice.
 pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> Result<Finished, Error> {
+    run_as(scenario, record, None, watch)
+}
+
+/// Runs a scenario as a fleet that is left running, until an operator or a signal asks for the end. What outlives it is in
+/// the state directory of the service.
+///
+/// # Errors
+/// As [`run`]; and when the database or the log of the service cannot be written at the start.
+pub fn serve(scenario: Scenario, service: Service, watch: &mut dyn Watch) -> Result<Finished, Error> {
+    run_as(scenario, None, Some(service), watch)
+}
+
+fn run_as(
+    scenario: Scenario,
+    record: Option<&Path>,
+    service: Option<Service>,
+    watch: &mut dyn Watch,
+) -> Result<Finished, Error> {
     let executables = Executables::find(&scenario)?;
     crate::scheduling::check(&scenario.processes)?;
     crate::limits::check(&scenario)?;
@@ -118,9 +143,13 @@ pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> 
     let with_guests = !executables.is_empty();
     let result =
         Supervisor::create(address.clone(), scenario, executables, record, signals).and_then(|mut supervisor| {
-            let result =
-                supervisor.start().map(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
+            let result = supervisor
+                .begin_service(service)
+                .and_then(|()| supervisor.start())
+                .map(|()| supervisor.supervise(watch))
+                .and_then(|()| supervisor.finish(watch));
             supervisor.kill_all(watch);
+            supervisor.end_service(&result);
             let Supervisor { guardian, children, janitor, .. } = supervisor;
             // Everything that killed processes left goes here; the guardian stays on guard until that is done.
             drop((children, janitor));
@@ -179,6 +208,7 @@ impl Supervisor {
             enough: false,
             spawned_ns: 0,
             departed: BTreeMap::new(),
+            keeper: None,
             janitor: Janitor::new(&address),
             address,
             _node: node,
@@ -213,8 +243,12 @@ impl Supervisor {
             for _ in 0..self.signals.take_interrupts() {
                 self.coordinator.interrupt(now());
             }
+            self.coordinator.tell_wall_clock(wall_ms());
             self.reap();
             self.look();
+            if self.coordinator.wants_places() {
+                self.coordinator.tell_places(self.places());
+            }
             self.hear();
             self.serve();
             self.orders.flush();
@@ -225,7 +259,8 @@ impl Supervisor {
             self.janitor.tend(now());
             self.act(Some(watch));
             self.children.adopt(&self.gate);
-            self.children.talk(now()).iter().for_each(|line| watch.say(line));
+            self.pass_on_talk(watch);
+            self.keep_robots();
             if self.gate.start_ns().is_some() {
                 if self.children.begin_measuring() {
                     watch.started(&FleetView { address: &self.address, pids: &self.children.pids() });
@@ -241,6 +276,9 @@ impl Supervisor {
     /// Takes what the world has said.
     pub(crate) fn hear(&mut self) {
         while let Some(notice) = self.notices.take() {
+            if let Notice::Log(event) = &notice {
+                self.keep_event(event);
+            }
             self.coordinator.notice(notice);
         }
         self.coordinator.missed(Missed { entries: self.notices.left_out(), others: self.notices.lost() });
@@ -251,6 +289,7 @@ impl Supervisor {
         if self.failures.is_empty() {
             self.coordinator.enough();
         }
+        self.log(Entry::new(Level::Error, "daemon", failure.message.clone()));
         self.failures.push(failure);
     }
 
@@ -321,6 +360,7 @@ impl Supervisor {
             if actions.is_empty() {
                 return;
             }
+            self.keep(&actions);
             for action in actions {
                 match action {
                     Action::Spawn(instance) => self.spawn_agent(instance),
@@ -342,17 +382,22 @@ impl Supervisor {
                         self.orders.send(&order).unwrap_or_else(|error| self.fail(error.into()));
                         self.gate.ring_world();
                     }
+                    Action::Keep { .. } | Action::Record(_) => {} // Has been kept, or refused.
                     Action::Reply(ticket, reply) => {
                         if let Some(index) = self.awaiting.iter().position(|(waits, _)| *waits == ticket) {
                             self.awaiting.swap_remove(index).1.reply(&reply);
                         }
                     }
                     Action::News { kind, line } => {
+                        if !matches!(kind, News::Event(_)) {
+                            self.log(Entry::new(Level::Warn, "daemon", line.clone()));
+                        }
                         if let Some(watch) = watch.as_deref_mut() {
                             watch.news(kind, &line);
                         }
                     }
                     Action::Say(line) => {
+                        self.log(Entry::new(Level::Info, "daemon", line.clone()));
                         if let Some(watch) = watch.as_deref_mut() {
                             watch.say(&line);
                         }
@@ -387,6 +432,9 @@ impl Supervisor {
                 // An operator who went believes that nothing was done.
                 _ if !responder.is_awaited() => continue,
                 request => {
+                    if matches!(request, Request::Task(new) if !matches!(new.assign, Assign::Robot(_))) {
+                        self.coordinator.tell_places(self.places());
+                    }
                     let (observer, robots) = (&self.observer, &self.coordinator.scenario().robots);
                     let bodies: Vec<(RobotIndex, Odometry, f64)> = (self.coordinator.members().iter())
                         .filter(|member| member.in_world())
@@ -409,6 +457,17 @@ impl Supervisor {
         }
         let noise = self.operators.noise();
         self.coordinator.noise(noise.count, &noise.newest, now());
+    }
+
+    /// Where the robots are, and where they are going.
+    fn places(&self) -> Vec<Option<Place>> {
+        let place = |member: &crate::coordinator::Member| {
+            let odometry = member.in_world().then(|| self.observer.odometry(member.instance.index))?;
+            let goal_m = [odometry.goal_x_m, odometry.goal_y_m];
+            let arrived = odometry.has(Odometry::FLAG_ARRIVED);
+            Some(Place { at_m: [odometry.x_m, odometry.y_m], goal_m: (!arrived).then_some(goal_m) })
+        };
+        self.coordinator.members().iter().map(place).collect()
     }
 
     fn status(&self) -> Status {

@@ -3,7 +3,7 @@
 use crate::body::{BodyKind, Drive};
 use crate::ids::RobotIndex;
 use crate::radio::Radio;
-use crate::task::{GoalSource, Task};
+use crate::task::{GoalSource, Task, TaskEnd};
 use crate::timeline::{Fault, FaultSource};
 use serde::{Deserialize, Serialize};
 
@@ -123,6 +123,13 @@ events! {
         /// Who had given it.
         source: GoalSource,
     } = "task-done";
+    /// The robot has a task no more that it has not done.
+    TaskDropped {
+        /// Who had given it.
+        source: GoalSource,
+        /// Why.
+        why: TaskEnd,
+    } = "task-dropped";
     /// The robot reached its last goal, for the first time.
     Arrived = "arrived";
     /// The robot had arrived at its last goal and left its tolerance.
@@ -248,9 +255,12 @@ impl EventKind {
                     (true, 0) => "now".to_owned(),
                     (true, given_up) => format!("now, {given_up} goals are given up"),
                 };
-                format!("{source}: ({}, {}{yaw}), {when}", task.goal.x, task.goal.y)
+                let deadline =
+                    task.deadline_s.map_or_else(String::new, |deadline_s| format!(", within {deadline_s} s"));
+                format!("{source}: ({}, {}{yaw}), {when}{deadline}", task.goal.x, task.goal.y)
             }
             EventKind::TaskDone { source } => source.to_string(),
+            EventKind::TaskDropped { source, why } => format!("{source}: {}", why.word()),
             EventKind::OffGoal { distance_m } => format!("{distance_m:.3} m"),
             EventKind::Contact { with, .. } => format!("with {}", with.words(name)),
             EventKind::Killed { source } => source.to_string(),
@@ -318,7 +328,7 @@ mod tests {
 
     #[test]
     fn an_event_says_what_its_data_say() {
-        let task = |now: bool| Task { goal: Point2::new(4.0, -2.5), yaw_rad: now.then_some(1.5), now };
+        let task = |now: bool| Task { yaw_rad: now.then_some(1.5), now, ..Task::to(Point2::new(4.0, -2.5)) };
         let source = GoalSource::Operator(TaskId(7));
         let contact = |with| EventKind::Contact { with, touch: Touch::default() };
         let died = |signal, code, words: &str| EventKind::Died { signal, code, words: words.to_owned() };
@@ -332,6 +342,7 @@ mod tests {
                 "task",
                 "timeline: (4, -2.5, 1.5 rad), now, 3 goals are given up",
             ),
+            (EventKind::TaskDropped { source, why: TaskEnd::RobotGone }, "task-dropped", "task 7: robot-gone"),
             (contact(Partner::Robot(RobotIndex(3))), "contact", "with r03"),
             (contact(Partner::Obstacle(3)), "contact", "with obstacle 3"),
             (died(Some(11), None, "oh"), "died", "signal 11: oh"),

@@ -34,5 +34,5 @@ pub use problem::Problem;
 pub use radio::Radio;
 pub use scenario::*;
 pub use state::{ProcessState, RobotState};
-pub use task::{GoalSource, Task, TaskId};
+pub use task::{GoalSource, Task, TaskEnd, TaskId, TaskState, TaskStep};
 pub use timeline::{Fault, FaultSource, TimelineAction, TimelineEvent};

@@ -39,6 +39,13 @@ pub enum Order {
         /// For this many ticks, at least one; `None`: until the robot is resumed.
         ticks: Option<u64>,
     },
+    /// A robot is to give up a task that it has not done.
+    Cancel {
+        /// Number of the task.
+        id: TaskId,
+        /// Index of the robot that has it.
+        index: RobotIndex,
+    },
     /// The process of this instance does not answer.
     Absent {
         /// Whose.
@@ -60,6 +67,8 @@ pub enum Ticket {
     Task(TaskId),
     /// [`Order::Fault`] with this number.
     Fault(FaultId),
+    /// [`Order::Cancel`] of the task with this number.
+    Cancel(TaskId),
 }
 
 /// The number of a fault that an operator asked for, given by the daemon: 0 for the first of a run.
@@ -73,6 +82,7 @@ impl Order {
             Order::Admit { index, .. } => Some(Ticket::Admit(*index)),
             Order::Task { id, .. } => Some(Ticket::Task(*id)),
             Order::Fault { id, .. } => Some(Ticket::Fault(*id)),
+            Order::Cancel { id, .. } => Some(Ticket::Cancel(*id)),
             Order::Remove { .. } | Order::Absent { .. } | Order::Stop => None,
         }
     }

@@ -1,6 +1,6 @@
 //! What a second terminal asks of a running fleet, and what it is answered.
 
-use model::{Fault, Mode, ProcessState, RobotIndex, Task, TaskId};
+use model::{Fault, Mode, ProcessState, RobotIndex, Task, TaskId, TaskState};
 use serde::{Deserialize, Serialize};
 
 /// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
@@ -14,13 +14,12 @@ pub enum Request {
     Status,
     /// Let one more robot join.
     Add(NewRobot),
-    /// Give a robot a goal.
-    Task {
-        /// Name of the robot.
-        robot: String,
-        /// The goal.
-        task: Task,
-    },
+    /// Give robots goals.
+    Task(NewTasks),
+    /// Which tasks are there?
+    Tasks(TaskFilter),
+    /// A task is not to be done any more: its number, or the name that its sender gave it.
+    Cancel(String),
     /// Do something to a robot, on purpose.
     Inject {
         /// Name of the robot.
@@ -30,6 +29,76 @@ pub enum Request {
         /// For this long in simulated time, s; `None`: until the robot is resumed.
         for_s: Option<f64>,
     },
+    /// End the fleet in good order.
+    Stop,
+}
+
+/// Goals for robots.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NewTasks {
+    /// Who is to do them.
+    pub assign: Assign,
+    /// The goals, at least one; a robot that gets several does them in this order.
+    pub tasks: Vec<Task>,
+    /// A name by which the sender knows the task, which is the only one then. Sent again, it is the same task.
+    pub key: Option<String>,
+}
+
+/// Who is to do a task.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Assign {
+    /// This robot.
+    Robot(String),
+    /// For one goal after the other, the robot with the shortest way to it, its present goals included.
+    Nearest,
+    /// The robots for which the sum of these ways is the least: at most one goal for each, as far as there are robots.
+    Optimal,
+}
+
+/// Which tasks.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TaskFilter {
+    /// These, by their numbers or by the names that their senders gave them; all, if there is none.
+    pub which: Vec<String>,
+    /// Those of this robot.
+    pub robot: Option<String>,
+    /// Those in one of these states; in any state, if there is none.
+    pub states: Vec<TaskState>,
+    /// The newest of them, no more than this number.
+    pub newest: u32,
+}
+
+/// A task, and what has become of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TaskRecord {
+    /// Its number.
+    pub id: TaskId,
+    /// The name that its sender gave it.
+    pub key: Option<String>,
+    /// How its robot was chosen.
+    pub assign: Assign,
+    /// The robot that has it, or had it.
+    pub robot: String,
+    /// The goal.
+    pub task: Task,
+    /// Where it is in its life.
+    pub state: TaskState,
+    /// What happened to it, in order; the last one is its state.
+    pub steps: Vec<TaskChange>,
+}
+
+/// A step in the life of a task.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TaskChange {
+    /// When, by the clock on the wall, ms since 1970.
+    pub at_ms: u64,
+    /// The state from then on.
+    pub state: TaskState,
+    /// The robot that had it then.
+    pub robot: String,
+    /// Why; may be empty.
+    pub reason: String,
 }
 
 /// A robot to add; what is not said comes from the scenario's defaults.
@@ -63,11 +132,12 @@ pub enum Reply {
         /// Its index.
         index: RobotIndex,
     },
-    /// The robot has the goal.
-    Tasked {
-        /// Number of the task.
-        id: TaskId,
-    },
+    /// The robots have the goals, but for those tasks of several that are refused.
+    Tasked(Vec<TaskRecord>),
+    /// To [`Request::Tasks`], by number; to [`Request::Cancel`], the one that was cancelled.
+    Tasks(Vec<TaskRecord>),
+    /// The fleet is ending.
+    Stopping,
     /// It has been done to the robot.
     Injected {
         /// It ends after this many ticks; `None`: when the robot is resumed, or it is over already.

@@ -1,7 +1,7 @@
 //! What the world tells the daemon: whom it expects, what happened, and in the end the outcome.
 
 use crate::daemon_to_world::Ticket;
-use model::{Event, Outcome, RobotInstance};
+use model::{Event, Outcome, RobotInstance, TaskId, TaskStep};
 use serde::{Deserialize, Serialize};
 
 /// Something that the daemon acts on while the run goes on.
@@ -47,6 +47,13 @@ pub enum Notice {
         ticket: Ticket,
         /// Why it has no effect; `None` if it was taken.
         refused: Option<String>,
+    },
+    /// What became of a task that an operator sent and a robot has.
+    Task {
+        /// Number of the task.
+        id: TaskId,
+        /// What became of it.
+        step: TaskStep,
     },
     /// An entry for the log of the run.
     Log(Event),

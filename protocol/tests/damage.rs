@@ -6,8 +6,8 @@ mod counting;
 
 use counting::peak_of;
 use model::{
-    Event, EventKind, Fault, Gone, Outcome, Partner, RobotIndex, RobotInstance, RobotOutcome, Scenario, Task, TaskId,
-    Touch,
+    Event, EventKind, Fault, Gone, Outcome, Partner, RobotIndex, RobotInstance, RobotOutcome, Scenario, Task, TaskEnd,
+    TaskId, TaskState, TaskStep, Touch,
 };
 use proptest::prelude::*;
 use scenarios::Overrides;
@@ -16,7 +16,9 @@ use serde::de::DeserializeOwned;
 use shoal_protocol::codec::{EXPANSION_MAX, RESERVE_MAX, decode, encode};
 use shoal_protocol::daemon_to_robot::AgentSpec;
 use shoal_protocol::daemon_to_world::{Absence, FaultId, Order, Ticket};
-use shoal_protocol::operator_to_daemon::{NewRobot, Reply, Request, RobotStatus, Status};
+use shoal_protocol::operator_to_daemon::{
+    Assign, NewRobot, NewTasks, Reply, Request, RobotStatus, Status, TaskChange, TaskFilter, TaskRecord,
+};
 use shoal_protocol::record::{Ending, Header};
 use shoal_protocol::world_to_daemon::Notice;
 
@@ -83,23 +85,49 @@ fn kinds() -> Vec<Kind> {
         Order::Task {
             id: TaskId(1),
             index: RobotIndex(3),
-            task: Task { goal: [1.0, 2.0].into(), yaw_rad: None, now: true },
+            task: Task { now: true, deadline_s: Some(3.0), ..Task::to([1.0, 2.0]) },
         },
         Order::Fault { id: FaultId(1), index: RobotIndex(3), fault: Fault::SlowCpu { ms: 2.5 }, ticks: Some(75) },
+        Order::Cancel { id: TaskId(1), index: RobotIndex(3) },
         Order::Stop,
     ];
     orders.extend(absences.map(|cause| Order::Absent { instance, cause }));
+    let step = TaskChange { at_ms: 1, state: TaskState::Failed, robot: text(), reason: text() };
+    let task = Task { deadline_s: Some(1.0), ..Task::to([1.0; 2]) };
+    let record = TaskRecord {
+        id: TaskId(1),
+        key: Some(text()),
+        assign: Assign::Robot(text()),
+        robot: text(),
+        task,
+        state: TaskState::Failed,
+        steps: vec![step],
+    };
     vec![
         kind(&[
             Request::Status,
             Request::Add(new_robot),
-            Request::Task { robot: text(), task: Task { goal: [1.0; 2].into(), yaw_rad: Some(1.0), now: true } },
+            Request::Task(NewTasks {
+                assign: Assign::Robot(text()),
+                tasks: vec![Task { now: true, yaw_rad: Some(1.0), ..Task::to([1.0; 2]) }],
+                key: Some(text()),
+            }),
+            Request::Tasks(TaskFilter {
+                which: vec![text()],
+                robot: Some(text()),
+                states: vec![TaskState::Active],
+                newest: 3,
+            }),
+            Request::Cancel(text()),
+            Request::Stop,
             Request::Inject { robot: text(), fault: Fault::Drop { share: 0.5 }, for_s: Some(1.5) },
         ]),
         kind(&[
             Reply::Status(status),
             Reply::Added { robot: text(), index: RobotIndex(3) },
-            Reply::Tasked { id: TaskId(1) },
+            Reply::Tasked(vec![record.clone()]),
+            Reply::Tasks(vec![record]),
+            Reply::Stopping,
             Reply::Injected { ticks: Some(75) },
             Reply::Unconfirmed { problem: text(), hint: text() },
             Reply::Refused { problem: text(), hint: Some(text()) },
@@ -113,6 +141,7 @@ fn kinds() -> Vec<Kind> {
             Notice::Resume { instance },
             Notice::Left { instance },
             Notice::Answer { ticket: Ticket::Task(TaskId(1)), refused: Some(text()) },
+            Notice::Task { id: TaskId(1), step: TaskStep::Dropped(TaskEnd::Overdue) },
             Notice::Log(event()),
         ]),
         kind(&[outcome()]),

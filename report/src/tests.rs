@@ -216,7 +216,7 @@ fn failures() -> RunFacts {
     facts.outcome.robots[24].gone = Some(Gone::Dead);
     facts.outcome.robots[1].tasks_done = 1;
     facts.robots[2].planner = "straight".into();
-    let task = Task { goal: [4.0, -2.0].into(), yaw_rad: None, now: false };
+    let task = Task::to([4.0, -2.0]);
     facts.outcome.events.extend([
         contact(210, 3, 7),
         event(250, 1, EventKind::Task { source: GoalSource::Operator(TaskId(0)), task, given_up: 0 }),

@@ -81,7 +81,7 @@ impl Stage<'_> {
             EventKind::Leave => TimelineAction::Leave { robot: robot? },
             EventKind::Task => {
                 let goal = goal?;
-                let task = Task { goal: goal.at, yaw_rad: goal.yaw_rad, now: node.get(Keys::now) };
+                let task = Task { yaw_rad: goal.yaw_rad, now: node.get(Keys::now), ..Task::to(goal.at) };
                 TimelineAction::Task { robot: robot?, task }
             }
             kind @ (EventKind::Kill

@@ -21,6 +21,8 @@ macro_rules! texts {
 texts! {
     of_shoal: "--help",
     of_run: "run --help",
+    of_up: "up --help",
+    of_down: "down --help",
     of_plot: "plot --help",
     of_reproduce: "reproduce --help",
     of_bench: "bench --help",
@@ -34,6 +36,7 @@ texts! {
     of_doctor: "doctor --help",
     of_clean: "clean --help",
     of_ps: "ps --help",
+    of_logs: "logs --help",
     of_latency: "latency --help",
     of_stress: "stress --help",
     of_add: "add --help",
@@ -43,6 +46,10 @@ texts! {
     of_inject: "inject --help",
     of_inject_pause: "inject pause --help",
     of_inject_slow_cpu: "inject slow-cpu --help",
+    of_task_list: "task list --help",
+    of_task_show: "task show --help",
+    of_task_cancel: "task cancel --help",
+    of_task_wait: "task wait --help",
     of_run_in_short: "run -h",
     the_methods: "planners",
     one_method: "planners decentralized-apf",
@@ -54,8 +61,7 @@ fn no_verb_is_forgotten() {
     let command = shoal::args::Cli::command();
     let verbs: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
-    let known =
-        "run plot reproduce stress bench validate schema planners doctor clean ps latency metrics add task inject";
+    let known = "run up down plot reproduce stress bench validate schema planners doctor clean ps logs latency metrics add task inject";
     assert_eq!(verbs.join(" "), known);
 }
 

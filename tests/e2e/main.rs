@@ -20,6 +20,7 @@ mod operators;
 mod places;
 mod processes;
 mod scheduling;
+mod service;
 mod signals;
 mod standstill;
 mod support;

@@ -447,6 +447,11 @@ fn processes() -> Vec<Process> {
     pids.filter_map(process).collect()
 }
 
+/// One process, if there is such.
+pub(crate) fn process_of(pid: u32) -> Option<Process> {
+    process(pid)
+}
+
 fn process(pid: u32) -> Option<Process> {
     let line = std::fs::read(format!("/proc/{pid}/cmdline")).ok().filter(|line| !line.is_empty())?;
     let (parent, _) = stat(pid)?;

@@ -10,13 +10,12 @@
 
 use crate::counting::{held, peak_of};
 use crate::random::Random;
-use daemon::coordinator::{Action, Answer, Coordinator, Ending, Signal, WAITING_MAX};
-use model::{Fault, RobotIndex, Scenario, Task};
-use nalgebra::Point2;
+use daemon::coordinator::{Action, Answer, BATCH_MAX, Coordinator, Ending, Place, Signal, WAITING_MAX};
+use model::{Fault, RobotIndex, Scenario, Task, TaskState};
 use protocol::codec::{self, EXPANSION_MAX, RESERVE_MAX};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
-use protocol::operator_to_daemon::{NewRobot, Reply, Request};
+use protocol::operator_to_daemon::{Assign, NewRobot, NewTasks, Reply, Request, TaskFilter};
 use protocol::world_to_daemon::Notice;
 use scenarios::Overrides;
 use std::collections::BTreeSet;
@@ -70,7 +69,10 @@ fn scenario() -> Scenario {
 /// Requests that make sense, every kind of them.
 fn sensible() -> Vec<Request> {
     let robot = || "b".to_owned();
-    let task = |yaw_rad, now| Task { goal: Point2::new(4.0, -2.5), yaw_rad, now };
+    let task = |yaw_rad, now| Task { yaw_rad, now, ..Task::to([4.0, -2.5]) };
+    let send = |assign: Assign, tasks: Vec<Task>, key: Option<&str>| {
+        Request::Task(NewTasks { assign, tasks, key: key.map(str::to_owned) })
+    };
     let new = NewRobot { id: Some("new".to_owned()), start_m: [-8.0, 4.0], goal_m: [8.0, -4.0], ..NewRobot::default() };
     let mut requests = vec![
         Request::Status,
@@ -83,8 +85,19 @@ fn sensible() -> Vec<Request> {
             kind: Some("unicycle".to_owned()),
             ..new
         }),
-        Request::Task { robot: robot(), task: task(None, false) },
-        Request::Task { robot: robot(), task: task(Some(1.5), true) },
+        send(Assign::Robot(robot()), vec![task(None, false)], Some("order-17")),
+        send(Assign::Robot(robot()), vec![Task { deadline_s: Some(3.0), ..task(Some(1.5), true) }], None),
+        send(Assign::Nearest, vec![task(None, false), Task::to([-4.0, 2.5])], None),
+        send(Assign::Optimal, vec![task(None, false), Task { priority: -3, ..Task::to([-4.0, 2.5]) }], None),
+        Request::Tasks(TaskFilter {
+            which: vec!["0".to_owned(), "order-17".to_owned()],
+            robot: Some(robot()),
+            states: vec![TaskState::Active],
+            newest: 10,
+        }),
+        Request::Cancel("0".to_owned()),
+        Request::Cancel("order-17".to_owned()),
+        Request::Stop,
     ];
     let faults = [
         (Fault::Kill, None),
@@ -100,7 +113,8 @@ fn sensible() -> Vec<Request> {
     for request in &requests {
         // A request that comes gets a row above.
         match request {
-            Request::Status | Request::Add(_) | Request::Task { .. } | Request::Inject { .. } => {}
+            Request::Status | Request::Add(_) | Request::Task(_) | Request::Inject { .. } => {}
+            Request::Tasks(_) | Request::Cancel(_) | Request::Stop => {}
         }
     }
     requests
@@ -170,10 +184,28 @@ fn hostile(random: &mut Random) -> Request {
                 _ => Some(name(random)),
             },
         }),
-        3..5 => {
-            let (goal, now) = (Point2::new(number(random), number(random)), maybe(random));
-            let yaw_rad = maybe(random).then(|| number(random));
-            Request::Task { robot: name(random), task: Task { goal, yaw_rad, now } }
+        3 if maybe(random) => Request::Cancel(name(random)),
+        3 => Request::Tasks(TaskFilter {
+            which: (0..random.below(3)).map(|_| name(random)).collect(),
+            robot: maybe(random).then(|| name(random)),
+            states: Vec::new(),
+            newest: u32::MAX,
+        }),
+        4 => {
+            let task = |random: &mut Random| Task {
+                yaw_rad: maybe(random).then(|| number(random)),
+                now: maybe(random),
+                priority: [0, -1, i32::MIN, i32::MAX][random.below(4)],
+                deadline_s: maybe(random).then(|| number(random)),
+                ..Task::to([number(random), number(random)])
+            };
+            let assign = match random.below(4) {
+                0 => Assign::Nearest,
+                1 => Assign::Optimal,
+                _ => Assign::Robot(name(random)),
+            };
+            let tasks = (0..[1, 1, 2, 0, 200][random.below(5)]).map(|_| task(random)).collect();
+            Request::Task(NewTasks { assign, tasks, key: maybe(random).then(|| name(random)) })
         }
         _ => {
             let fault = match random.below(8) {
@@ -247,6 +279,11 @@ impl Fleet {
     /// One message of an operator.
     fn take(&mut self, bytes: &[u8]) -> Result<Reply, bool> {
         let Ok(request) = codec::decode::<Request>(bytes) else { return Err(false) };
+        let place = |slot: usize| {
+            let odometry = self.world.odometry(slot);
+            Some(Place { at_m: [odometry.x_m, odometry.y_m], goal_m: None })
+        };
+        self.coordinator.tell_places((0..self.world.slots()).map(place).collect());
         match self.coordinator.request(&request, &|_, _| None) {
             Answer::Now(reply) => {
                 check_words(&reply);
@@ -256,7 +293,8 @@ impl Fleet {
             Answer::Later(ticket) => {
                 assert!(self.asked.insert(ticket), "{ticket:?} was given twice");
                 assert!(makes_sense(&request), "{request:?}");
-                assert_eq!(self.act(), 1, "one request is one order");
+                let orders = if let Request::Task(new) = &request { new.tasks.len() } else { 1 };
+                assert_eq!(self.act(), orders, "a request is one order, or one for each of its tasks");
                 Err(true)
             }
         }
@@ -288,6 +326,7 @@ impl Fleet {
                         assert!(self.asked.remove(&ticket), "{ticket:?} was answered twice, or not asked for");
                         check_words(&reply);
                     }
+                    Action::Keep { .. } | Action::Record(_) => unreachable!("no records are kept here"),
                     Action::Signal(..) | Action::Say(_) | Action::News { .. } | Action::KillFleet => {}
                 }
             }
@@ -333,8 +372,10 @@ fn check_text(text: &str) {
 fn makes_sense(request: &Request) -> bool {
     let is_place = |[x, y]: [f64; 2]| x.abs() <= 20.0 && y.abs() <= 20.0;
     let is_angle = |yaw: Option<f64>| yaw.is_none_or(|yaw| yaw.abs() <= 1e6);
+    let is_key = |key: &String| key.len() <= 64 && key.chars().all(|c| c.is_ascii_alphanumeric() || "-_.:".contains(c));
     match request {
-        Request::Status => false,
+        Request::Status | Request::Tasks(_) | Request::Stop => false,
+        Request::Cancel(name) => is_key(name),
         Request::Add(NewRobot { id, start_m, start_yaw_rad, goal_m, goal_yaw_rad, .. }) => {
             let is_name = |id: &String| {
                 let letters = "abcdefghijklmnopqrstuvwxyz0123456789_-";
@@ -345,7 +386,13 @@ fn makes_sense(request: &Request) -> bool {
             let fits = is_place(*start_m) && is_place(*goal_m) && is_angle(*start_yaw_rad) && is_angle(*goal_yaw_rad);
             fits && id.as_ref().is_none_or(is_name)
         }
-        Request::Task { task, .. } => is_place(task.goal.into()) && is_angle(task.yaw_rad),
+        Request::Task(NewTasks { tasks, key, .. }) => {
+            let fits = |task: &Task| {
+                let deadline = task.deadline_s.is_none_or(|deadline_s| deadline_s > 0.0 && deadline_s.is_finite());
+                is_place(task.goal.into()) && is_angle(task.yaw_rad) && deadline
+            };
+            (1..=BATCH_MAX).contains(&tasks.len()) && tasks.iter().all(fits) && key.as_ref().is_none_or(is_key)
+        }
         Request::Inject { fault, for_s, .. } => {
             fault.problem().is_none() && for_s.is_none_or(|for_s| for_s > 0.0 && for_s <= 1e6)
         }
@@ -354,8 +401,8 @@ fn makes_sense(request: &Request) -> bool {
 
 /// Bytes that were harmful once, with what was wrong.
 const FOUND: [(&str, &[u8]); 2] = [
-    ("a task for a robot whose name has 2^62 bytes", &[0x02, 0xfd, 0, 0, 0, 0, 0, 0, 0, 0x40]),
-    ("a name that is not UTF-8", &[0x02, 0x02, 0xc0, 0x80, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]),
+    ("a task for a robot whose name has 2^62 bytes", &[0x02, 0, 0xfd, 0, 0, 0, 0, 0, 0, 0, 0x40]),
+    ("a name that is not UTF-8", &[0x02, 0, 0x02, 0xc0, 0x80, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]),
 ];
 
 /// Requests that were granted once and should not have been, or whose refusal was harmful, with words of the refusal.
@@ -367,9 +414,9 @@ fn found() -> Vec<(&'static str, Request, &'static str)> {
         ..NewRobot::default()
     };
     let heading = |yaw| Request::Add(NewRobot { goal_yaw_rad: Some(yaw), ..unicycle.clone() });
-    let task = |yaw_rad| Request::Task {
-        robot: "b".to_owned(),
-        task: Task { goal: Point2::new(4.0, 0.0), yaw_rad: Some(yaw_rad), now: false },
+    let task = |yaw_rad| {
+        let tasks = vec![Task { yaw_rad: Some(yaw_rad), ..Task::to([4.0, 0.0]) }];
+        Request::Task(NewTasks { assign: Assign::Robot("b".to_owned()), tasks, key: None })
     };
     let escape = "\x1b[2J".to_owned();
     vec![
@@ -416,7 +463,10 @@ fn what_was_found_once_stays_harmless() {
 
 #[test]
 fn sensible_requests_are_handed_on() {
-    for request in sensible().iter().filter(|request| **request != Request::Status) {
+    // The others are answered at once, or are about what is not there yet.
+    let is_handed_on =
+        |request: &&Request| matches!(request, Request::Add(_) | Request::Task(_) | Request::Inject { .. });
+    for request in sensible().iter().filter(is_handed_on) {
         let mut fleet = Fleet::new(&scenario());
         fleet.tick();
         assert_eq!(fleet.take(&codec::encode(request).expect("it can be encoded")), Err(true), "{request:?}");

@@ -6,8 +6,11 @@ use crate::plan::START_LIMIT_MS;
 use crate::shared::Shared;
 use crate::world::PATIENCE_NS;
 use bus::queue::BACKLOG_MAX;
-use daemon::coordinator::WAITING_MAX;
-use model::{Drive, EventKind, EventName, Mode, ProcessState, RobotIndex, RobotInstance};
+use daemon::coordinator::{Answer, WAITING_MAX};
+use model::{
+    Drive, EventKind, EventName, GoalSource, Mode, ProcessState, RobotIndex, RobotInstance, TaskEnd, TaskState,
+};
+use protocol::operator_to_daemon::{Reply, Request, TaskFilter};
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::Notice;
 use std::collections::BTreeMap;
@@ -233,8 +236,8 @@ pub(crate) fn nothing_is_missed_in_silence(fleet: &Fleet) {
     assert_eq!(fleet.daemon.said_missed, missed.entries + missed.others, "notices that found no room, as said");
 }
 
-/// A task that a robot was given is done, waits, or is the goal that it heads for: none gets lost on the way. Robots are
-/// left out that were to forget what they had.
+/// A task that a robot was given is done, was dropped, waits, or is the goal that it heads for: none gets lost on the way.
+/// Robots are left out that were to forget what they had.
 pub(crate) fn tasks_are_kept(fleet: &Fleet) {
     let world = &fleet.world.world;
     for slot in 0..world.slots() {
@@ -247,9 +250,53 @@ pub(crate) fn tasks_are_kept(fleet: &Fleet) {
             continue;
         }
         let (given, odometry) = (robot.goals.len() + tasks.by_ref().count(), world.odometry(slot));
-        let known = (odometry.goals_done + odometry.goals_left) as usize;
+        let dropped = world
+            .events()
+            .iter()
+            .filter(|event| event.robot == Some(RobotIndex::of(slot)) && event.kind.name() == EventName::TaskDropped);
+        let known = (odometry.goals_done + odometry.goals_left) as usize + dropped.count();
         // The last goal is done, and is left again while its robot is off it.
         let twice = odometry.goals_left == 1 && known == given + 1;
         assert!(known == given || twice, "robot {} was given {given} goals, and knows {known}", robot.id);
+    }
+}
+
+/// What the daemon knows of every task that an operator sent is what has become of it.
+pub(crate) fn tasks_are_followed(fleet: &mut Fleet) {
+    if fleet.shared.missed.others > 0 || fleet.world.world.outcome().events_lost > 0 {
+        return;
+    }
+    let filter = TaskFilter { newest: u32::MAX, ..TaskFilter::default() };
+    let Answer::Now(Reply::Tasks(records)) = fleet.daemon.coordinator.request(&Request::Tasks(filter), &|_, _| None)
+    else {
+        panic!("no list of tasks");
+    };
+    for record in records {
+        let source = GoalSource::Operator(record.id);
+        let (mut given, mut end) = (0, None);
+        for event in fleet.world.world.events() {
+            match event.kind {
+                EventKind::Task { source: of, .. } if of == source => given += 1,
+                EventKind::TaskDone { source: of } if of == source => {
+                    assert_eq!(end, None, "{record:?} is done, and was at its end before");
+                    end = Some(TaskState::Done);
+                }
+                EventKind::TaskDropped { source: of, why } if of == source => {
+                    assert_eq!(end, None, "{record:?} is dropped, and was at its end before");
+                    end = Some(match why {
+                        TaskEnd::Cancelled | TaskEnd::Replaced => TaskState::Cancelled,
+                        TaskEnd::Overdue | TaskEnd::RobotGone => TaskState::Failed,
+                    });
+                }
+                _ => {}
+            }
+        }
+        let right = match (given, end) {
+            (0, None) => record.state == TaskState::Refused,
+            (1, None) => matches!(record.state, TaskState::Assigned | TaskState::Active),
+            (1, Some(end)) => record.state == end,
+            _ => false,
+        };
+        assert!(right, "{record:?} was given {given} times and came to {end:?}");
     }
 }

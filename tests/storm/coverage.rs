@@ -1,6 +1,6 @@
 //! What happened in storms: a storm in which nothing happens proves nothing.
 
-use model::{Event, EventKind};
+use model::{Event, EventKind, TaskEnd};
 use std::fmt;
 
 macro_rules! coverage {
@@ -66,6 +66,9 @@ coverage! {
     tasks_asked: "tasks asked for",
     robots_asked: "robots asked for",
     removals: "robots removed",
+    tasks_cancelled: "tasks that an operator cancelled",
+    tasks_overdue: "tasks that were dropped at their deadline",
+    tasks_orphaned: "tasks whose robot was gone",
     tasks_acknowledged: "tasks acknowledged",
     robots_acknowledged: "robots added",
     refused: "requests refused",
@@ -90,6 +93,8 @@ impl Coverage {
                 EventKind::Held { .. } => self.held += 1,
                 EventKind::Dropped { .. } => self.dropped += 1,
                 EventKind::Resumed { held: true, .. } => self.back += 1,
+                EventKind::TaskDropped { why: TaskEnd::Overdue, .. } => self.tasks_overdue += 1,
+                EventKind::TaskDropped { why: TaskEnd::RobotGone, .. } => self.tasks_orphaned += 1,
                 _ => {}
             }
         }

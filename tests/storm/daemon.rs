@@ -167,6 +167,7 @@ impl Daemon {
                         }
                     }
                     Action::Order(order) => self.order(&order, shared),
+                    Action::Keep { .. } | Action::Record(_) => unreachable!("no records are kept here"),
                     Action::Reply(ticket, reply) => {
                         if let Some(index) = self.awaiting.iter().position(|awaiting| awaiting.ticket == ticket) {
                             operators.answer(self.awaiting.remove(index).number, Some(ticket), reply);

@@ -94,6 +94,7 @@ impl Fleet {
             checks::nobody_is_lost(&self);
         }
         checks::tasks_are_kept(&self);
+        checks::tasks_are_followed(&mut self);
         checks::nothing_is_missed_in_silence(&self);
         self.kernel.everybody_ends(&mut self.shared);
         let answers = self.operators.check(&self.world.world, &self.daemon.coordinator);
@@ -105,6 +106,7 @@ impl Fleet {
         coverage.notices_left_out = self.shared.missed.entries;
         coverage.notices_lost = self.shared.missed.others;
         coverage.tasks_acknowledged = answers.tasks;
+        coverage.tasks_cancelled = answers.cancelled;
         coverage.robots_acknowledged = answers.robots;
         coverage.faults_acknowledged = answers.faults;
         coverage.refused = answers.refused;

@@ -1,9 +1,9 @@
 //! Operators: what they ask for, what they are answered, and whether that was true.
 
 use daemon::coordinator::Coordinator;
-use model::{Event, EventKind, GoalSource, RobotIndex, TaskId};
+use model::{Event, EventKind, GoalSource, RobotIndex, TaskId, TaskState};
 use protocol::daemon_to_world::Ticket;
-use protocol::operator_to_daemon::{Reply, Request};
+use protocol::operator_to_daemon::{Reply, Request, TaskRecord};
 use std::collections::VecDeque;
 use world_sim::World;
 
@@ -23,6 +23,7 @@ pub(crate) struct Operators {
 #[derive(Default)]
 pub(crate) struct Answers {
     pub(crate) tasks: u64,
+    pub(crate) cancelled: u64,
     pub(crate) robots: u64,
     pub(crate) faults: u64,
     pub(crate) refused: u64,
@@ -54,9 +55,11 @@ impl Operators {
                 panic!("{:?} was answered {} times", asked.request, asked.answers.len());
             };
             match (reply, ticket) {
-                (Reply::Tasked { id: TaskId(task) }, _) => {
-                    assert_eq!(taken(world.events(), *task), 1, "task {task} was acknowledged");
-                    answers.tasks += 1;
+                (Reply::Tasked(records), _) => {
+                    for TaskRecord { id: TaskId(task), .. } in records {
+                        assert_eq!(taken(world.events(), *task), 1, "task {task} was acknowledged");
+                        answers.tasks += 1;
+                    }
                 }
                 (Reply::Added { robot, index: RobotIndex(slot) }, _) => {
                     let there = world.robot(*slot as usize).map(|robot| robot.id.as_str());
@@ -78,8 +81,16 @@ impl Operators {
                             let known = there.filter(|robot| Some(&robot.id) == new.id.as_ref()).count();
                             assert_eq!(known, 0, "robot {:?} was refused: {problem}", new.id);
                         }
-                        Some(Ticket::Fault(_)) | None => {}
+                        // The task may have been done, or dropped, before.
+                        Some(Ticket::Cancel(_) | Ticket::Fault(_)) | None => {}
                     }
+                }
+                (Reply::Tasks(records), Some(Ticket::Cancel(id))) => {
+                    let [TaskRecord { id: cancelled, state: TaskState::Cancelled, .. }] = &records[..] else {
+                        panic!("{:?}: {records:?}", asked.request);
+                    };
+                    assert_eq!(cancelled, id);
+                    answers.cancelled += 1;
                 }
                 (reply, ticket) => panic!("{:?}: {ticket:?}, {reply:?}", asked.request),
             }

@@ -118,7 +118,7 @@ fn timeline(robots: usize, calm_tick: u64, dice: &mut Dice) -> Vec<TimelineEvent
             4..9 => TimelineAction::pause(robot, 1 + dice.below(25) as u64),
             9..11 => {
                 let goal = Point2::new(20.0 - dice.below(40) as f64, dice.below(30) as f64);
-                TimelineAction::Task { robot, task: Task { goal, yaw_rad: None, now: dice.permille(300) } }
+                TimelineAction::Task { robot, task: Task { now: dice.permille(300), ..Task::to(goal) } }
             }
             _ => TimelineAction::Radio { robot: Some(robot), radio: Radio { delay_ticks: 2, drop: 0.3, noise_m: 0.1 } },
         };

@@ -6,7 +6,7 @@ use crate::fleet::Fleet;
 use daemon::coordinator::Signal;
 use model::{Fault, RobotIndex, Task};
 use protocol::daemon_to_world::Order;
-use protocol::operator_to_daemon::{NewRobot, Request};
+use protocol::operator_to_daemon::{Assign, NewRobot, NewTasks, Request};
 
 /// Something that happens. A daemon that dies and is followed by another one belongs here as soon as there is such a thing.
 #[derive(Clone, Copy, Debug)]
@@ -124,7 +124,14 @@ impl Fleet {
             .to_owned();
         let goal_m = [20.0 - self.shared.dice.below(40) as f64, self.shared.dice.below(40) as f64];
         let now = self.shared.dice.permille(50);
-        self.operators.ask(Request::Task { robot, task: Task { goal: goal_m.into(), yaw_rad: None, now } });
+        let priority = self.shared.dice.below(5) as i32 - 2;
+        let deadline_s = self.shared.dice.permille(200).then(|| 0.1 + self.shared.dice.below(50) as f64 * 0.1);
+        let tasks = vec![Task { now, priority, deadline_s, ..Task::to(goal_m) }];
+        self.operators.ask(Request::Task(NewTasks { assign: Assign::Robot(robot), tasks, key: None }));
+        if self.shared.coverage.tasks_asked > 0 && self.shared.dice.permille(250) {
+            let id = self.shared.dice.below(self.shared.coverage.tasks_asked as usize);
+            self.operators.ask(Request::Cancel(id.to_string()));
+        }
         self.shared.calls.daemon = true;
         self.shared.coverage.tasks_asked += 1;
     }

@@ -1,6 +1,6 @@
 //! The log of a run, and what the daemon is told while it goes on.
 
-use model::{Event, EventKind, RobotIndex};
+use model::{Event, EventKind, GoalSource, RobotIndex, TaskStep};
 use protocol::world_to_daemon::Notice;
 
 /// Entries that the log holds; what comes later is only counted.
@@ -27,6 +27,13 @@ impl Journal {
         let event = Event { tick, robot: robot.into(), kind };
         self.tell(Notice::Log(event.clone()));
         self.keep(event);
+    }
+
+    /// What became of a task, if it is one that the daemon follows.
+    pub(crate) fn task_step(&mut self, source: GoalSource, step: TaskStep) {
+        if let GoalSource::Operator(id) = source {
+            self.tell(Notice::Task { id, step });
+        }
     }
 
     /// An entry of the log that can wait until the end. It is made only if there is room for it: a jam of robots can make

@@ -46,4 +46,4 @@ pub mod whole_file;
 mod world;
 
 pub use presence::State as RobotState;
-pub use world::{Opening, ROBOT_GONE, TOO_MANY_GOALS, World};
+pub use world::{NOT_ITS_TASK, Opening, ROBOT_GONE, TOO_MANY_GOALS, World};

@@ -4,7 +4,7 @@ use crate::journal::Journal;
 use crate::progress::{Scale, Trail};
 use geometry::Smoothness;
 use model::random::Stream;
-use model::{EventKind, GoalSource, MAX_GOALS, Mover, Robot, RobotIndex, Stall, Task};
+use model::{EventKind, GoalSource, MAX_GOALS, Mover, Robot, RobotIndex, Stall, Task, TaskEnd, TaskStep};
 use nalgebra::{Point2, Vector2};
 use std::collections::VecDeque;
 
@@ -16,6 +16,20 @@ struct Goal {
     source: GoalSource,
     /// Carried by the goal motion of the robot.
     moves: bool,
+    priority: i32,
+    /// From this tick on it is dropped.
+    deadline: u64,
+}
+
+impl Goal {
+    /// A goal that is there for as long as it takes, with the usual priority.
+    fn at(at: Point2<f64>, source: GoalSource) -> Goal {
+        Goal { at, yaw_rad: None, source, moves: false, priority: 0, deadline: u64::MAX }
+    }
+
+    fn is_task(&self) -> bool {
+        self.source != GoalSource::Scenario
+    }
 }
 
 /// At the last goal. A robot that gets out of its tolerance again is not there any more.
@@ -50,6 +64,8 @@ pub(crate) struct Referee {
     counted: bool,
     pub(crate) goals_done: u32,
     pub(crate) tasks_done: u32,
+    /// No goal that it has is dropped before this tick.
+    deadline: u64,
     /// It was given a task, so its path compares with no plan of the scenario.
     pub(crate) tasked: bool,
     /// It was in an obstacle that stands, so its path was not a free one.
@@ -63,7 +79,7 @@ pub(crate) struct Referee {
 impl Referee {
     /// Of a robot that has not moved yet.
     pub(crate) fn new(slot: usize, robot: &Robot, seed: u64, dt_s: f64) -> Referee {
-        let goal = |at: &Point2<f64>| Goal { at: *at, yaw_rad: None, source: GoalSource::Scenario, moves: false };
+        let goal = |at: &Point2<f64>| Goal::at(*at, GoalSource::Scenario);
         let mut waiting: VecDeque<Goal> = robot.goals.iter().map(goal).collect();
         if let Some(last) = waiting.back_mut() {
             last.yaw_rad = robot.goal_yaw_rad;
@@ -96,6 +112,7 @@ impl Referee {
             counted: false,
             goals_done: 0,
             tasks_done: 0,
+            deadline: u64::MAX,
             tasked: false,
             trespassed: false,
             path_m: 0.0,
@@ -146,17 +163,28 @@ impl Referee {
         if self.arrival.is_some() { 0 } else { 1 + self.waiting.len() as u32 }
     }
 
-    /// A new goal. False if as many as there may be are waiting.
-    pub(crate) fn task(&mut self, task: &Task, source: GoalSource) -> bool {
-        let goal = Goal { at: task.goal, yaw_rad: task.yaw_rad, source, moves: false };
+    /// A new goal for the robot, which is `here` (m). False if as many as there may be are waiting.
+    pub(crate) fn task(
+        &mut self,
+        task: &Task,
+        source: GoalSource,
+        tick: u64,
+        here: Point2<f64>,
+        journal: &mut Journal,
+    ) -> bool {
+        let ticks = task.deadline_s.map_or(u64::MAX, |deadline_s| (deadline_s / self.dt_s).ceil() as u64);
+        let (yaw_rad, priority, deadline) = (task.yaw_rad, task.priority, tick.saturating_add(ticks));
+        let goal = Goal { yaw_rad, priority, deadline, ..Goal::at(task.goal, source) };
         if task.now {
+            self.drop_tasks(&|_, _| Some(TaskEnd::Replaced), tick, here, journal);
             self.waiting.clear();
             self.round.clear();
-            self.current = goal;
+            self.begin(goal, journal);
         } else if self.counted {
-            self.current = goal;
+            self.begin(goal, journal);
         } else if self.waiting.len() < MAX_GOALS {
-            self.waiting.push_back(goal);
+            let before = self.waiting.iter().position(|waiting| waiting.priority < priority);
+            self.waiting.insert(before.unwrap_or(self.waiting.len()), goal);
         } else {
             return false;
         }
@@ -165,7 +193,56 @@ impl Referee {
         if !self.current.moves && !self.waiting.iter().any(|goal| goal.moves) {
             self.mover = None;
         }
+        self.deadline = self.deadline.min(deadline);
         true
+    }
+
+    /// The robot heads for this goal from now on.
+    fn begin(&mut self, goal: Goal, journal: &mut Journal) {
+        self.current = goal;
+        journal.task_step(goal.source, TaskStep::Active);
+    }
+
+    /// Drops the tasks for which `why` gives a reason; it is told where a task comes from and its deadline (tick). A robot
+    /// that has no other goal then stays `here` (m). Whether any was dropped.
+    pub(crate) fn drop_tasks(
+        &mut self,
+        why: &dyn Fn(GoalSource, u64) -> Option<TaskEnd>,
+        tick: u64,
+        here: Point2<f64>,
+        journal: &mut Journal,
+    ) -> bool {
+        let (index, mut dropped) = (self.index, false);
+        let mut drops = |goal: &Goal| {
+            let why = why(goal.source, goal.deadline).filter(|_| goal.is_task());
+            if let Some(why) = why {
+                journal.note(tick, index, EventKind::TaskDropped { source: goal.source, why });
+                journal.task_step(goal.source, TaskStep::Dropped(why));
+                dropped = true;
+            }
+            why.is_some()
+        };
+        self.waiting.retain(|goal| !drops(goal));
+        if !self.counted && drops(&self.current) {
+            match self.waiting.pop_front().or_else(|| self.next_round()) {
+                Some(next) => self.begin(next, journal),
+                None => (self.current, self.counted) = (Goal::at(here, GoalSource::Scenario), true),
+            }
+        }
+        let current = Some(&self.current).filter(|_| !self.counted);
+        let deadlines = self.waiting.iter().chain(current).map(|goal| goal.deadline);
+        self.deadline = deadlines.min().unwrap_or(u64::MAX);
+        dropped
+    }
+
+    /// The first deadline of its tasks, as a tick; one that is done may be among them.
+    pub(crate) fn deadline(&self) -> u64 {
+        self.deadline
+    }
+
+    /// Whether it has a task that is not done.
+    pub(crate) fn has_tasks(&self) -> bool {
+        !self.counted && self.current.is_task() || self.waiting.iter().any(Goal::is_task)
     }
 
     /// Takes the moving goal to where it is at `t_s`.
@@ -217,11 +294,12 @@ impl Referee {
                 if self.current.source != GoalSource::Scenario {
                     self.tasks_done += 1;
                     journal.note(tick, self.index, EventKind::TaskDone { source: self.current.source });
+                    journal.task_step(self.current.source, TaskStep::Done);
                 }
             }
             let next = self.waiting.pop_front().or_else(|| if self.counted { None } else { self.next_round() });
             match next {
-                Some(next) => self.current = next,
+                Some(next) => self.begin(next, journal),
                 None => {
                     let (path_m, ldj) = (self.path_m, self.smoothness.ldj(self.dt_s));
                     let path_to_edge_m = path_m - (1.0 - done) * (to - from).norm();

@@ -21,7 +21,7 @@ use crate::shapes::Shapes;
 use crate::touch;
 use model::{
     Clock, Drive, EventKind, Fault, FaultSource, GoalSource, MAX_ROBOTS, Partner, Physics, PlanState, Radio, Robot,
-    RobotIndex, RobotInstance, Scenario, StragglerPolicy, Task, TimelineAction, TimelineEvent, Touch,
+    RobotIndex, RobotInstance, Scenario, StragglerPolicy, Task, TaskEnd, TaskId, TimelineAction, TimelineEvent, Touch,
 };
 use nalgebra::Point2;
 use protocol::daemon_to_world::{Absence, Order, Ticket};
@@ -34,6 +34,8 @@ use solid::Solid;
 pub const TOO_MANY_GOALS: &str = "too many goals are waiting";
 /// Why a task is refused: the robot left, was dropped, or is dead for good.
 pub const ROBOT_GONE: &str = "the robot is gone";
+/// Why a task is not cancelled: the robot has done it, or has dropped it, or never had it.
+pub const NOT_ITS_TASK: &str = "the robot does not have this task";
 
 /// The world of one run. See the crate's documentation for its cycle.
 pub struct World {
@@ -255,6 +257,7 @@ impl World {
         self.apply_orders();
         self.end_faults();
         self.apply_timeline();
+        self.drop_tasks();
         self.enter(ready);
         self.announce();
         self.refresh();
@@ -288,6 +291,10 @@ impl World {
                 Order::Fault { id: _, index, fault, ticks } => {
                     let done = self.inject(index, fault, ticks, FaultSource::Operator);
                     self.answer(order.ticket(), done);
+                }
+                Order::Cancel { id, index } => {
+                    let cancelled = self.cancel(index, id);
+                    self.answer(order.ticket(), cancelled);
                 }
                 Order::Absent { instance, cause } => {
                     if let Some(presence) = self.presences.get_mut(instance.index.at()) {
@@ -349,7 +356,37 @@ impl World {
         if !(task.goal.coords.iter().all(|x| x.is_finite()) && task.yaw_rad.is_none_or(f64::is_finite)) {
             return Err("the goal is nowhere");
         }
-        if referee.task(task, source) { Ok(()) } else { Err(TOO_MANY_GOALS) }
+        if !task.deadline_s.is_none_or(|deadline_s| deadline_s > 0.0 && deadline_s.is_finite()) {
+            return Err("the deadline is not a time above 0");
+        }
+        let at = self.bodies[slot].pose.position;
+        if referee.task(task, source, self.tick, at, &mut self.journal) { Ok(()) } else { Err(TOO_MANY_GOALS) }
+    }
+
+    fn cancel(&mut self, index: RobotIndex, id: TaskId) -> Result<(), &'static str> {
+        let source = GoalSource::Operator(id);
+        let referee = self.referees.get_mut(index.at()).and_then(Option::as_mut);
+        let at = self.bodies.get(index.at()).map(|body| body.pose.position);
+        let (Some(referee), Some(at)) = (referee, at) else { return Err("unknown robot") };
+        let is_meant = |goal: GoalSource, _| (goal == source).then_some(TaskEnd::Cancelled);
+        if referee.drop_tasks(&is_meant, self.tick, at, &mut self.journal) { Ok(()) } else { Err(NOT_ITS_TASK) }
+    }
+
+    /// Robots that are gone for good have no tasks any more, and no robot has one that is not done by its deadline.
+    fn drop_tasks(&mut self) {
+        for (slot, referee) in self.referees.iter_mut().enumerate() {
+            let Some(referee) = referee else { continue };
+            let gone = self.presences[slot].gone().is_some();
+            if gone && referee.has_tasks() || referee.deadline() <= self.tick {
+                let tick = self.tick;
+                let why = |_, deadline: u64| match deadline <= tick {
+                    _ if gone => Some(TaskEnd::RobotGone),
+                    true => Some(TaskEnd::Overdue),
+                    false => None,
+                };
+                referee.drop_tasks(&why, tick, self.bodies[slot].pose.position, &mut self.journal);
+            }
+        }
     }
 
     fn enter(&mut self, ready: &mut dyn FnMut(RobotInstance) -> bool) {
@@ -565,7 +602,7 @@ fn excuses(order: &Order, instance: RobotInstance) -> bool {
         // A process that is stopped may go on; it is waited for until it is overdue.
         Order::Absent { instance: absent, cause } => *absent == instance && *cause != Absence::Stopped,
         Order::Remove { index } | Order::Fault { index, fault: Fault::Kill, .. } => *index == instance.index,
-        Order::Admit { .. } | Order::Task { .. } | Order::Fault { .. } | Order::Stop => false,
+        Order::Admit { .. } | Order::Task { .. } | Order::Cancel { .. } | Order::Fault { .. } | Order::Stop => false,
     }
 }
 

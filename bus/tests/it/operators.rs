@@ -2,7 +2,6 @@
 #![expect(clippy::disallowed_methods, reason = "tests use sockets and clocks")]
 
 use crate::home::Home;
-use model::TaskId;
 use protocol::operator_to_daemon::{PROTOCOL_VERSION, Reply, Request};
 use shoal_bus::{Noise, OperatorClient, OperatorServer};
 use std::io::{Read, Write};
@@ -27,10 +26,15 @@ fn serve_until(server: &mut OperatorServer, mut done: impl FnMut() -> bool) {
     while !done() {
         assert!(Instant::now() < deadline, "not within {TIMEOUT:?}");
         while let Some((_, responder)) = server.take() {
-            responder.reply(&Reply::Tasked { id: TaskId(7) });
+            responder.reply(&reply(7));
         }
         std::thread::sleep(Duration::from_millis(1));
     }
+}
+
+/// An answer that can be told from others.
+fn reply(number: usize) -> Reply {
+    Reply::Refused { problem: number.to_string(), hint: None }
 }
 
 /// What a client is sent that says this, in words.
@@ -125,14 +129,14 @@ fn mutated_frames_do_no_harm() {
         }
         while let Some((_, responder)) = server.take() {
             requests += 1;
-            responder.reply(&Reply::Tasked { id: TaskId(7) });
+            responder.reply(&reply(7));
         }
     }
     assert!(requests > 300 && server.noise().count > 300, "{requests}, {:?}", server.noise());
     let address = home.0.clone();
     let client = std::thread::spawn(move || OperatorClient::new(&address).ask(&Request::Status, TIMEOUT));
     serve_until(&mut server, || client.is_finished());
-    assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { id: TaskId(7) }));
+    assert_eq!(client.join().unwrap(), Ok(reply(7)));
 }
 
 #[test]
@@ -151,7 +155,7 @@ fn clients_that_stop_half_way_keep_nobody_waiting() {
     let address = home.0.clone();
     let client = std::thread::spawn(move || OperatorClient::new(&address).ask(&Request::Status, TIMEOUT));
     serve_until(&mut server, || client.is_finished());
-    assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { id: TaskId(7) }));
+    assert_eq!(client.join().unwrap(), Ok(reply(7)));
     drop(silent);
 }
 
@@ -174,7 +178,7 @@ fn a_client_that_reads_slowly_gets_its_whole_reply_and_delays_no_other() {
     let address = home.0.clone();
     let client = std::thread::spawn(move || OperatorClient::new(&address).ask(&Request::Status, TIMEOUT));
     serve_until(&mut server, || client.is_finished());
-    assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { id: TaskId(7) }));
+    assert_eq!(client.join().unwrap(), Ok(reply(7)));
     let reader = std::thread::spawn(move || {
         let mut reply = Vec::new();
         slow.read_to_end(&mut reply).unwrap();
@@ -196,7 +200,7 @@ fn a_burst_is_served_to_the_last() {
         .collect();
     serve_until(&mut server, || clients.iter().all(std::thread::JoinHandle::is_finished));
     for client in clients {
-        assert_eq!(client.join().unwrap(), Ok(Reply::Tasked { id: TaskId(7) }));
+        assert_eq!(client.join().unwrap(), Ok(reply(7)));
     }
 }
 
@@ -217,10 +221,10 @@ fn an_answer_may_come_later() {
     }
     assert!(kept.iter().all(|(_, responder)| responder.is_awaited()));
     for (task, (_, responder)) in kept.into_iter().enumerate().rev() {
-        responder.reply(&Reply::Tasked { id: TaskId(task as u32) });
+        responder.reply(&reply(task));
     }
     let mut answers = [first.join().unwrap(), second.join().unwrap()].map(|answer| match answer {
-        Ok(Reply::Tasked { id: TaskId(task) }) => task,
+        Ok(Reply::Refused { problem, .. }) => problem.parse::<usize>().unwrap(),
         other => panic!("{other:?}"),
     });
     answers.sort_unstable();

@@ -2,7 +2,7 @@
 #![expect(clippy::disallowed_methods, reason = "tests look at files and clocks")]
 
 use crate::home::{Home, home_of_child};
-use model::{Metric, RobotIndex, RobotInstance, TaskId};
+use model::{Metric, RobotIndex, RobotInstance};
 use protocol::operator_to_daemon::{Reply, Request};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::Odometry;
@@ -181,13 +181,13 @@ fn killed_operators_do_not_use_up_the_places() {
             asked.is_some()
         });
         operator.kill();
-        asked.unwrap().1.reply(&Reply::Tasked { id: TaskId(1) });
+        asked.unwrap().1.reply(&Reply::Refused { problem: "1".to_owned(), hint: None });
     }
     // A twenty-first finds a place, and an answer.
     let mut operator = home.spawn("role_operator");
     wait_until("the last operator is served", || {
         while let Some((_, responder)) = server.take() {
-            responder.reply(&Reply::Tasked { id: TaskId(1) });
+            responder.reply(&Reply::Refused { problem: "1".to_owned(), hint: None });
         }
         operator.0.try_wait().unwrap().is_some()
     });

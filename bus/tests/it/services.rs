@@ -154,11 +154,8 @@ fn orders_arrive_in_order_however_many_there_are() {
     let mut sender = OrderSender::open(&fleet.daemon).unwrap();
     let mut receiver = OrderReceiver::open(&fleet.other).unwrap();
     assert_eq!(receiver.take(), None);
-    let order = |task| Order::Task {
-        id: TaskId(task),
-        index: RobotIndex(task % 6),
-        task: Task { goal: [f64::from(task), 0.5].into(), yaw_rad: None, now: false },
-    };
+    let order =
+        |task| Order::Task { id: TaskId(task), index: RobotIndex(task % 6), task: Task::to([f64::from(task), 0.5]) };
     let count = 40_000;
     (0..count).for_each(|task| sender.send(&order(task)).unwrap());
     let waiting = sender.flush();
@@ -291,7 +288,7 @@ fn an_operator_that_nobody_answers_is_told_so() {
     assert!(error.to_string().contains("no answer within 0.05 s"), "{error}");
     // The request of one who gave up may still be there, or not; a reply to it harms nobody.
     while let Some((_, responder)) = server.take() {
-        responder.reply(&Reply::Tasked { id: TaskId(0) });
+        responder.reply(&Reply::Refused { problem: "0".to_owned(), hint: None });
     }
     let error = client.ask(&Request::Status, Duration::from_millis(50)).unwrap_err();
     assert!(error.to_string().contains("no answer"), "{error}");

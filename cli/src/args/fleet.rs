@@ -1,18 +1,17 @@
-//! Running fleets, from a second terminal: `ps`, `latency`, `add`, `task`.
+//! Running fleets, from a second terminal: `ps`, `latency`, `add`.
 
 use super::Format;
 use super::values::{Pose, parse_number, parse_point, parse_pose};
 use clap::builder::PossibleValue;
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, ValueEnum};
 use model::Metric;
-use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// Which of the running fleets is meant.
 #[derive(Clone, Debug, Args)]
 pub struct FleetArg {
-    /// Id of the fleet, if several are running; `shoal ps` lists them
-    #[arg(long, value_name = "ID")]
+    /// Name or id of the fleet, if several are running; `shoal ps` lists them
+    #[arg(long, value_name = "FLEET")]
     pub fleet: Option<String>,
 }
 
@@ -138,41 +137,6 @@ pub struct AddArgs {
     /// Body kind, point, unicycle or diff-drive; by default the one of the scenario's defaults
     #[arg(long, value_name = "KIND")]
     pub kind: Option<String>,
-    /// Output format
-    #[arg(long, value_enum, default_value_t)]
-    pub format: Format,
-}
-
-/// `shoal task`.
-#[derive(Debug, Subcommand)]
-pub enum TaskVerb {
-    /// Send a robot to a goal
-    Send(TaskSendArgs),
-    /// A word that is no verb, or a verb that is not built yet.
-    #[command(external_subcommand)]
-    Other(Vec<OsString>),
-}
-
-/// `shoal task send`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  shoal task send r03 4,-2                  after its present goals
-  shoal task send r03 4,-2,1.57             a unicycle faces +y there
-  shoal task send r03 4,-2 --now            immediately; drops its other goals")]
-pub struct TaskSendArgs {
-    /// Which fleet.
-    #[command(flatten)]
-    pub fleet: FleetArg,
-    /// Id of the robot
-    #[arg(value_name = "ID")]
-    pub id: String,
-    /// Goal position, m, and for a unicycle or diff-drive its heading there, rad
-    #[arg(value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
-    pub goal: Pose,
-    /// Replace the present goals; otherwise the goal is queued behind them
-    #[arg(long)]
-    pub now: bool,
     /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,

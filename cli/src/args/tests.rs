@@ -42,7 +42,7 @@ fn points() {
 }
 
 fn parse(line: &str) -> Result<Verb, clap::Error> {
-    Cli::try_parse_from(line.split(' ')).map(|cli| cli.verb)
+    Cli::try_parse_from(line.split(' ').map(|word| not_an_option(word.into()))).map(|cli| cli.verb)
 }
 
 #[test]
@@ -67,7 +67,23 @@ fn negative_places_are_values_not_options() {
     for line in ["shoal task send r03 -4,2 --now", "shoal task send --now r03 -4,2"] {
         let Ok(Verb::Task(TaskVerb::Send(send))) = parse(line) else { panic!("{line}") };
         let goal = Pose { at_m: [-4.0, 2.0], yaw_rad: None };
-        assert_eq!((send.id.as_str(), send.goal, send.now), ("r03", goal, true));
+        assert_eq!((send.robot_and_goals(), send.now), (Ok((Some("r03"), vec![goal])), true), "{line}");
+    }
+}
+
+#[test]
+fn options_behind_goals_are_options() {
+    let Ok(Verb::Task(TaskVerb::Send(send))) =
+        parse("shoal task send --assign optimal -4,2 1,-1,-1.5 -.5,3 --id a-1 --priority -3 --deadline 2m")
+    else {
+        panic!()
+    };
+    let (robot, goals) = send.robot_and_goals().unwrap();
+    assert_eq!((robot, goals.len(), goals[1].yaw_rad, goals[2].at_m), (None, 3, Some(-1.5), [-0.5, 3.0]));
+    assert_eq!((send.id.as_deref(), send.priority, send.deadline), (Some("a-1"), -3, Some(120.0)));
+    for line in ["shoal task send r03", "shoal task send r03 4", "shoal task send --assign nearest r03 4,2"] {
+        let Ok(Verb::Task(TaskVerb::Send(send))) = parse(line) else { panic!("{line}") };
+        assert!(send.robot_and_goals().is_err(), "{line}");
     }
 }
 
@@ -80,7 +96,12 @@ fn usage_errors_have_code_2() {
         "shoal run --seed -1",
         "shoal run a b",
         "shoal add --start 1,2",
-        "shoal task send r01",
+        "shoal task send",
+        "shoal task wait",
+        "shoal task wait 3 --all",
+        "shoal task list --state lost",
+        "shoal up",
+        "shoal logs --level loud",
         "shoal ps --format yaml",
     ] {
         assert_eq!(parse(line).map(|_| ()).unwrap_err().exit_code(), 2, "{line}");
@@ -90,12 +111,26 @@ fn usage_errors_have_code_2() {
 #[test]
 fn help_shows_what_exists_and_nothing_else() {
     let help = Cli::command().render_long_help().to_string();
-    for verb in
-        ["run", "plot", "reproduce", "bench", "validate", "schema", "planners", "doctor", "clean", "ps", "add", "task"]
-    {
+    for verb in [
+        "run",
+        "up",
+        "down",
+        "logs",
+        "plot",
+        "reproduce",
+        "bench",
+        "validate",
+        "schema",
+        "planners",
+        "doctor",
+        "clean",
+        "ps",
+        "add",
+        "task",
+    ] {
         assert!(help.contains(&format!("\n  {verb} ")), "{verb}: {help}");
     }
-    for verb in ["agent", "world", "guardian", "other", "up", "down", "top"] {
+    for verb in ["agent", "world", "guardian", "other", "top", "inspect"] {
         assert!(!help.contains(&format!("\n  {verb} ")), "{verb}: {help}");
     }
 }

@@ -1,5 +1,7 @@
 //! Values as people write them.
 
+use std::ffi::OsString;
+
 /// A time as people write it, in seconds: `60s`, `1.5m`, `500ms`, `2h`, or a plain number of seconds.
 pub fn parse_duration(text: &str) -> Result<f64, String> {
     let text = text.trim();
@@ -25,6 +27,17 @@ pub(super) fn parse_robots(text: &str) -> Result<usize, String> {
         Ok(robots) if (1..=most).contains(&robots) => Ok(robots),
         _ => Err(format!("`{text}` is not a number of robots; write sizes from 1 to {most}, as in 15,64,200")),
     }
+}
+
+/// A place that begins with a minus is not an option: it gets a space in front, which numbers may have.
+pub fn not_an_option(word: OsString) -> OsString {
+    let is_place = |bytes: &[u8]| matches!(bytes, [b'-', b'0'..=b'9' | b'.', ..]) && bytes.contains(&b',');
+    if !is_place(word.as_encoded_bytes()) {
+        return word;
+    }
+    let mut spaced = OsString::from(" ");
+    spaced.push(word);
+    spaced
 }
 
 /// A point as people write it: `X,Y`, m.

@@ -2,10 +2,11 @@
 
 use crate::args::FleetArg;
 use crate::exit::{self, Failure};
-use bus::clean::{FleetEntry, list_fleets};
+use bus::clean::{FleetEntry, STATE_FILE, list_fleets};
 use bus::{Address, OperatorClient};
 use protocol::codec;
 use protocol::operator_to_daemon::{Reply, Request};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// A daemon that has not answered after this long has been stopped, or is too busy to count on.
@@ -24,31 +25,46 @@ pub fn running() -> Result<Vec<FleetEntry>, Failure> {
 /// # Errors
 /// With exit code 3 when none is running, with 2 when it must be named or does not exist.
 pub fn choose(wanted: &FleetArg) -> Result<Address, Failure> {
+    choose_entry(wanted).map(|fleet| fleet.address)
+}
+
+/// The fleet that is meant, with its name.
+///
+/// # Errors
+/// As [`choose`].
+pub fn choose_entry(wanted: &FleetArg) -> Result<FleetEntry, Failure> {
     let mut fleets = running()?;
     if let Some(id) = &wanted.fleet
-        && !fleets.iter().any(|fleet| fleet.address.id() == id)
+        && !fleets.iter().any(|fleet| fleet.address.id() == id || fleet.name.as_ref() == Some(id))
         && let Some(uid) = bus::clean::owner_of(id)
     {
         let problem = format!("fleet `{id}`: it belongs to another user (uid {uid})");
         return Err(Failure::usage(problem).hint(format!("ask as that user: `sudo -u '#{uid}' shoal ...`")));
     }
-    let index = pick(wanted.fleet.as_deref(), &fleets.iter().map(|fleet| fleet.address.id()).collect::<Vec<_>>())?;
-    Ok(fleets.swap_remove(index).address)
+    let names: Vec<(&str, Option<&str>)> =
+        fleets.iter().map(|fleet| (fleet.address.id(), fleet.name.as_deref())).collect();
+    let index = pick(wanted.fleet.as_deref(), &names)?;
+    Ok(fleets.swap_remove(index))
 }
 
-/// Which of the running fleets, by id.
-fn pick(wanted: Option<&str>, ids: &[&str]) -> Result<usize, Failure> {
-    let list = ids.join(", ");
+/// Which of the running fleets, by id or name.
+fn pick(wanted: Option<&str>, ids: &[(&str, Option<&str>)]) -> Result<usize, Failure> {
+    let list: Vec<&str> = ids.iter().map(|(id, name)| name.unwrap_or(id)).collect();
+    let list = list.join(", ");
     match (wanted, ids) {
-        (_, []) => Err(Failure::environment("no fleet is running").hint("start one in another terminal: `shoal run`")),
+        (_, []) => Err(Failure::environment("no fleet is running")
+            .hint("start one: `shoal up`, or `shoal run` in another terminal")),
         (None, [_]) => Ok(0),
         (None, _) => {
-            Err(Failure::usage(format!("{} fleets are running", ids.len())).hint(format!("add `--fleet ID`: {list}")))
+            Err(Failure::usage(format!("{} fleets are running", ids.len()))
+                .hint(format!("add `--fleet FLEET`: {list}")))
         }
-        (Some(id), _) => ids.iter().position(|&known| known == id).ok_or_else(|| {
-            Failure::usage(format!("fleet `{}`: not running", id.escape_debug()))
-                .hint(format!("running fleets: {list}"))
-        }),
+        (Some(wanted), _) => {
+            ids.iter().position(|(id, name)| *id == wanted || *name == Some(wanted)).ok_or_else(|| {
+                Failure::usage(format!("fleet `{}`: not running", wanted.escape_debug()))
+                    .hint(format!("running fleets: {list}"))
+            })
+        }
     }
 }
 
@@ -67,6 +83,13 @@ pub fn ask(address: &Address, request: &Request) -> Result<Reply, Failure> {
         Reply::Unconfirmed { problem, hint } => Err(Failure::from_text(exit::ENVIRONMENT, &problem).hint(hint)),
         reply => Ok(reply),
     }
+}
+
+/// The state directory of a fleet that was left running.
+pub fn state_of(address: &Address) -> Option<PathBuf> {
+    #[expect(clippy::disallowed_methods, reason = "the verb reads what the daemon left")]
+    let path = std::fs::read_to_string(address.file(STATE_FILE)).ok()?;
+    Some(PathBuf::from(path))
 }
 
 /// What the daemon left in a file of the fleet's root.
@@ -97,11 +120,13 @@ mod tests {
     #[test]
     fn the_only_fleet_needs_no_name() {
         let check = |wanted: Option<&str>, ids: &[&str], expected: Result<usize, i32>| {
-            assert_eq!(pick(wanted, ids).map_err(|failure| failure.code), expected, "{wanted:?} {ids:?}");
+            let ids: Vec<(&str, Option<&str>)> = ids.iter().map(|id| (*id, (*id == "def").then_some("lab"))).collect();
+            assert_eq!(pick(wanted, &ids).map_err(|failure| failure.code), expected, "{wanted:?} {ids:?}");
         };
         check(None, &["abc"], Ok(0));
         check(Some("abc"), &["abc"], Ok(0));
         check(Some("def"), &["abc", "def"], Ok(1));
+        check(Some("lab"), &["abc", "def"], Ok(1));
         check(None, &["abc", "def"], Err(exit::USAGE));
         check(Some("xyz"), &["abc", "def"], Err(exit::USAGE));
         check(None, &[], Err(exit::ENVIRONMENT));

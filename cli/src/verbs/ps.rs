@@ -2,11 +2,14 @@
 
 mod unanswered;
 
+pub(crate) use unanswered::processes;
+
 use super::fleet;
 use crate::args::{Format, PsArgs};
 use crate::exit::{self, Failure};
 use crate::out;
 use bus::Address;
+use bus::clean::FleetEntry;
 use model::ProcessState;
 use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
 use report::numbers::fixed;
@@ -22,14 +25,15 @@ const TICK_AGE_S_MAX: f64 = 1.0;
 /// # Errors
 /// When the fleet that was named is not running.
 pub fn run(options: &PsArgs) -> Result<i32, Failure> {
-    let addresses: Vec<Address> = match options.fleet.fleet {
-        Some(_) => vec![fleet::choose(&options.fleet)?],
-        None => fleet::running()?.into_iter().map(|fleet| fleet.address).collect(),
+    let entries = match options.fleet.fleet {
+        Some(_) => vec![fleet::choose_entry(&options.fleet)?],
+        None => fleet::running()?,
     };
     let (mut fleets, mut failures) = (Vec::new(), Vec::new());
-    for address in &addresses {
+    for entry in &entries {
+        let address = &entry.address;
         match seen(address) {
-            Ok(status) => fleets.push((address.id(), status)),
+            Ok(status) => fleets.push((Shown::of(entry), status)),
             // It has ended since it was listed.
             Err(_) if !address.root().exists() => {}
             Err(failure) => failures.push((address.id(), failure)),
@@ -37,14 +41,14 @@ pub fn run(options: &PsArgs) -> Result<i32, Failure> {
     }
     match options.format {
         Format::Json => {
-            let mut list: Vec<Value> = fleets.iter().map(|(id, status)| fleet_json(id, status)).collect();
+            let mut list: Vec<Value> = fleets.iter().map(|(shown, status)| fleet_json(shown, status)).collect();
             list.extend(failures.iter().map(|(id, failure)| json!({ "fleet": id, "error": failure.to_string() })));
             out::measured(&json!({ "schema": "shoal.ps/1", "fleets": list }))?;
         }
         Format::Text => {
             let mut page = Page::new(out::stdout_width());
-            for (id, status) in &fleets {
-                fleet_text(&mut page, id, status);
+            for (shown, status) in &fleets {
+                fleet_text(&mut page, shown, status);
             }
             if fleets.is_empty() && failures.is_empty() {
                 page.words("no fleet is running", 0);
@@ -79,8 +83,22 @@ fn status(address: &Address) -> Result<Status, Failure> {
     }
 }
 
-fn fleet_json(id: &str, status: &Status) -> Value {
-    let mut value = json!({ "fleet": id });
+/// Which fleet a status is of.
+struct Shown<'a> {
+    id: &'a str,
+    name: Option<&'a str>,
+    state_directory: Option<String>,
+}
+
+impl<'a> Shown<'a> {
+    fn of(entry: &'a FleetEntry) -> Shown<'a> {
+        let state_directory = fleet::state_of(&entry.address).map(|path| path.to_string_lossy().into_owned());
+        Shown { id: entry.address.id(), name: entry.name.as_deref(), state_directory }
+    }
+}
+
+fn fleet_json(shown: &Shown<'_>, status: &Status) -> Value {
+    let mut value = json!({ "fleet": shown.id, "name": shown.name, "state_directory": shown.state_directory });
     let status = serde_json::to_value(status).expect("a status has string keys only");
     if let (Value::Object(into), Value::Object(from)) = (&mut value, status) {
         into.extend(from);
@@ -88,7 +106,8 @@ fn fleet_json(id: &str, status: &Status) -> Value {
     value
 }
 
-fn fleet_text(page: &mut Page, id: &str, status: &Status) {
+fn fleet_text(page: &mut Page, shown: &Shown<'_>, status: &Status) {
+    let id = shown.name.map_or_else(|| shown.id.to_owned(), |name| format!("{name} ({})", shown.id));
     let arrived = status.robots.iter().filter(|robot| robot.arrived).count();
     page.gap();
     page.words(
@@ -188,14 +207,15 @@ mod tests {
                 .map(|(state, slot)| robot(slot, state))
                 .collect(),
         };
+        let shown = Shown { id: "abcd234", name: None, state_directory: None };
         let mut text = String::new();
         for width in [80, 40] {
             let mut page = Page::new(width);
-            fleet_text(&mut page, "abcd234", &status);
+            fleet_text(&mut page, &shown, &status);
             text += &page.into_text();
         }
         insta::assert_snapshot!(text);
-        let json = fleet_json("abcd234", &status);
+        let json = fleet_json(&shown, &status);
         assert_eq!(world_words(&status), "");
         let stopped = Status { world_state: ProcessState::Stopped, tick_age_s: Some(3.21), ..status };
         assert_eq!(world_words(&stopped), " (stopped), last tick 3.2 s ago");

@@ -6,9 +6,9 @@
 
 use super::{Action, Coordinator, Member};
 use model::kind::Range;
-use model::{BodyKind, Fault, ParamValues, ProcessState, RobotIndex, Task};
+use model::{BodyKind, Fault, ParamValues, ProcessState, RobotIndex};
 use protocol::daemon_to_world::{Order, Ticket};
-use protocol::operator_to_daemon::{NewRobot, Reply, Request};
+use protocol::operator_to_daemon::{NewRobot, Reply, Request, TaskRecord};
 use std::time::Duration;
 
 /// An operator is not kept waiting for the world for longer. The operator's own patience is longer.
@@ -29,7 +29,7 @@ pub enum Answer {
 
 /// An order that the world has not answered.
 pub(super) struct Waiting {
-    ticket: Ticket,
+    pub(super) ticket: Ticket,
     robot: String,
     /// Since when, once the clock has been looked at.
     pub(super) since: Option<Duration>,
@@ -50,7 +50,7 @@ impl Waiting {
     /// What waits, for people.
     fn what(&self) -> String {
         match self.ticket {
-            Ticket::Task(task) => format!("task {task} for robot `{}`", self.robot),
+            Ticket::Task(task) | Ticket::Cancel(task) => format!("task {task} of robot `{}`", self.robot),
             Ticket::Admit(_) => format!("robot `{}`", self.robot),
             Ticket::Fault(_) => format!("fault for robot `{}`", self.robot),
         }
@@ -62,14 +62,25 @@ impl Coordinator {
     /// Status needs measurements and is the shell's to answer.
     pub fn request(&mut self, request: &Request, near: &dyn Fn([f64; 2], f64) -> Option<RobotIndex>) -> Answer {
         let granted = match request {
+            Request::Tasks(filter) => return self.list_tasks(filter).map_or_else(Answer::refused, Answer::tasks),
             Request::Status => Err(refused("status is answered by the supervisor, not by the coordinator", None)),
+            Request::Stop => {
+                self.enough();
+                return Answer::Now(Reply::Stopping);
+            }
             _ if self.stopping => Err(refused("the run is over", None)),
-            _ if self.waiting.len() >= WAITING_MAX => Err(refused(
+            Request::Task(new) => return self.new_tasks(new).unwrap_or_else(Answer::refused),
+            _ if self.unanswered() >= WAITING_MAX => Err(refused(
                 &format!("{WAITING_MAX} requests wait for the world already"),
                 Some("is the world stopped or the machine overloaded? see `shoal ps`, and try again later"),
             )),
             Request::Add(new) => self.add(new, near),
-            Request::Task { robot, task } => self.task(robot, *task),
+            Request::Cancel(name) => self.cancel_task(name).map(|(ticket, robot)| Waiting {
+                ticket,
+                robot,
+                since: None,
+                reply: Some(Reply::Stopping),
+            }),
             Request::Inject { robot, fault, for_s } => self.inject(robot, *fault, *for_s),
         };
         match granted {
@@ -98,10 +109,16 @@ impl Coordinator {
 
     /// The world has taken the order with this ticket, or will not.
     pub(super) fn answered(&mut self, ticket: Ticket, problem: Option<String>) {
+        if let Ticket::Task(id) = ticket {
+            return self.task_answered(id, problem);
+        }
         let Some(index) = self.waiting.iter().position(|waiting| waiting.ticket == ticket) else { return };
         let Waiting { robot, reply, .. } = self.waiting.remove(index);
         let reply = match (problem, reply) {
-            (None, reply) => reply,
+            (None, reply) => match ticket {
+                Ticket::Cancel(id) => reply.map(|_| self.cancelled(id)),
+                _ => reply,
+            },
             (Some(problem), reply) => {
                 if let Ticket::Admit(index) = ticket {
                     self.not_admitted(index);
@@ -116,7 +133,7 @@ impl Coordinator {
 
     /// Orders of operators that the world has not answered, those included whose operator has been told so.
     pub fn unanswered(&self) -> usize {
-        self.waiting.len()
+        self.waiting.len() + self.tasks.unconfirmed()
     }
 
     /// The world has said all that it will: what it has not taken will not happen. Unless what it said is lost.
@@ -126,6 +143,7 @@ impl Coordinator {
                 self.answered(ticket, Some("the run is over".to_owned()));
             }
         }
+        self.refuse_tasks(self.missed.others > 0);
         for waiting in std::mem::take(&mut self.waiting).into_iter().filter(|waiting| waiting.reply.is_some()) {
             let problem = format!("{}: not confirmed: the run is over, and the world's answer is lost", waiting.what());
             let hint = "it may have been done: the report says so".to_owned();
@@ -135,6 +153,7 @@ impl Coordinator {
 
     /// Operators who have waited long enough are told that it is not known yet.
     pub(super) fn answer_late(&mut self, now: Duration) {
+        self.answer_late_tasks(now);
         for waiting in &mut self.waiting {
             let since = *waiting.since.get_or_insert(now);
             if now.saturating_sub(since) <= CONFIRM_WITHIN || waiting.reply.take().is_none() {
@@ -205,27 +224,6 @@ impl Coordinator {
         Ok(Waiting { ticket: Ticket::Admit(index), robot: name, since: None, reply: Some(reply) })
     }
 
-    fn task(&mut self, name: &str, task: Task) -> Result<Waiting, Refusal> {
-        let slot = self.slot_of(name)?;
-        let robots = &self.scenario.robots;
-        if let Some(problem) = scenarios::goal_problem(&self.scenario, &robots[slot], task.goal, task.yaw_rad) {
-            return Err(refused(
-                &problem,
-                Some(
-                    "choose a goal in free space inside the world; only unicycles and diff-drives have a heading there",
-                ),
-            ));
-        }
-        if self.members[slot].state == ProcessState::Left {
-            return Err(refused(&format!("robot `{name}` has left"), None));
-        }
-        let id = self.tasks;
-        self.tasks.0 += 1;
-        self.actions.push(Action::Order(Order::Task { id, index: RobotIndex::of(slot), task }));
-        let (robot, reply) = (name.to_owned(), Some(Reply::Tasked { id }));
-        Ok(Waiting { ticket: Ticket::Task(id), robot, since: None, reply })
-    }
-
     fn inject(&mut self, name: &str, fault: Fault, for_s: Option<f64>) -> Result<Waiting, Refusal> {
         let slot = self.slot_of(name)?;
         let wrong = |problem: &str| Err(refused(problem, Some("`shoal inject --help` lists faults and their options")));
@@ -250,7 +248,7 @@ impl Coordinator {
     }
 
     /// The slot of the robot with this name.
-    fn slot_of(&self, name: &str) -> Result<usize, Refusal> {
+    pub(super) fn slot_of(&self, name: &str) -> Result<usize, Refusal> {
         let robots = &self.scenario.robots;
         robots.iter().position(|robot| robot.id == name).ok_or_else(|| {
             let known: Vec<&str> = robots.iter().map(|robot| robot.id.as_str()).collect();
@@ -260,7 +258,7 @@ impl Coordinator {
 }
 
 /// The way out, for what the world says most.
-fn hint_for(problem: &str) -> Option<&'static str> {
+pub(super) fn hint_for(problem: &str) -> Option<&'static str> {
     match problem {
         world_sim::TOO_MANY_GOALS => {
             Some("send it when the robot has reached some of its goals, or with `--now` instead of them")
@@ -271,13 +269,23 @@ fn hint_for(problem: &str) -> Option<&'static str> {
 }
 
 /// A name that may be anything, as it can be shown.
-fn shown(name: &str) -> String {
+pub(super) fn shown(name: &str) -> String {
     name.chars().take(40).flat_map(char::escape_debug).collect()
 }
 
+impl Answer {
+    fn refused(refusal: Refusal) -> Answer {
+        Answer::Now(refusal.into())
+    }
+
+    fn tasks(records: Vec<TaskRecord>) -> Answer {
+        Answer::Now(Reply::Tasks(records))
+    }
+}
+
 /// Why a request is not granted, and the way out.
-struct Refusal {
-    problem: String,
+pub(super) struct Refusal {
+    pub(super) problem: String,
     hint: Option<String>,
 }
 
@@ -287,6 +295,6 @@ impl From<Refusal> for Reply {
     }
 }
 
-fn refused(problem: &str, hint: Option<&str>) -> Refusal {
+pub(super) fn refused(problem: &str, hint: Option<&str>) -> Refusal {
     Refusal { problem: problem.to_owned(), hint: hint.map(str::to_owned) }
 }

@@ -1,17 +1,17 @@
 use super::*;
-use model::{Fault, ProcessState, Task};
-use protocol::operator_to_daemon::{NewRobot, Reply, Request};
+use model::{Fault, ProcessState, Task, TaskId};
+use protocol::operator_to_daemon::{Assign, NewRobot, NewTasks, Reply, Request, TaskRecord};
 
-const ALL_READY: &dyn Fn(RobotInstance) -> bool = &|_| true;
-const NEVER_WAITED: &dyn Fn(u32) -> Duration = &|_| Duration::ZERO;
-const FREE_PLACE: &dyn Fn([f64; 2], f64) -> Option<RobotIndex> = &|_, _| None;
+pub(super) const ALL_READY: &dyn Fn(RobotInstance) -> bool = &|_| true;
+pub(super) const NEVER_WAITED: &dyn Fn(u32) -> Duration = &|_| Duration::ZERO;
+pub(super) const FREE_PLACE: &dyn Fn([f64; 2], f64) -> Option<RobotIndex> = &|_, _| None;
 
-fn instance(slot: u32, incarnation: u32) -> RobotInstance {
+pub(super) fn instance(slot: u32, incarnation: u32) -> RobotInstance {
     RobotInstance { index: RobotIndex(slot), incarnation }
 }
 
 /// Two robots that are there from the start, started and in the world.
-fn running(set: &[&str]) -> Coordinator {
+pub(super) fn running(set: &[&str]) -> Coordinator {
     let entry = scenarios::find_catalog("head-on").expect("it is in the catalog");
     let set = set.iter().map(|text| (*text).to_owned()).collect();
     let overrides = scenarios::Overrides { set, ..scenarios::Overrides::default() };
@@ -30,7 +30,11 @@ fn running(set: &[&str]) -> Coordinator {
 }
 
 /// Lets the coordinator look at the clock at each of these seconds.
-fn pass(coordinator: &mut Coordinator, seconds: std::ops::RangeInclusive<u64>, ready: &dyn Fn(RobotInstance) -> bool) {
+pub(super) fn pass(
+    coordinator: &mut Coordinator,
+    seconds: std::ops::RangeInclusive<u64>,
+    ready: &dyn Fn(RobotInstance) -> bool,
+) {
     seconds.for_each(|second| coordinator.time(Duration::from_secs(second), ready, NEVER_WAITED));
 }
 
@@ -313,35 +317,41 @@ fn add(id: &str, start_m: [f64; 2]) -> Request {
     Request::Add(NewRobot { id: Some(id.to_owned()), start_m, goal_m: [0.0, 2.5], ..Default::default() })
 }
 
-fn task(robot: &str, goal_m: [f64; 2]) -> Request {
-    Request::Task { robot: robot.to_owned(), task: Task { goal: goal_m.into(), yaw_rad: None, now: false } }
+pub(super) fn task(robot: &str, goal_m: [f64; 2]) -> Request {
+    Request::Task(NewTasks { assign: Assign::Robot(robot.to_owned()), tasks: vec![Task::to(goal_m)], key: None })
 }
 
-fn refusal(answer: Answer) -> String {
+pub(super) fn refusal(answer: Answer) -> String {
     match answer {
         Answer::Now(Reply::Refused { problem, .. }) => problem,
         other => panic!("not refused: {other:?}"),
     }
 }
 
+/// Tasks in words: number, robot and state.
+fn words_of(records: &[TaskRecord]) -> String {
+    let words = |record: &TaskRecord| format!("task {} of {}: {}", record.id, record.robot, record.state.word());
+    records.iter().map(words).collect::<Vec<_>>().join(", ")
+}
+
 /// What operators have been answered since the last look, in words.
-fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
+pub(super) fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
     let actions = coordinator.take_actions().into_iter();
     let replies = actions
         .filter_map(|action| if let Action::Reply(ticket, reply) = action { Some((ticket, reply)) } else { None });
     replies
         .map(|(ticket, reply)| match reply {
             Reply::Added { robot, index } => (ticket, format!("{robot} added as {index}")),
-            Reply::Tasked { id } => (ticket, format!("task {id}")),
+            Reply::Tasked(records) | Reply::Tasks(records) => (ticket, words_of(&records)),
             Reply::Injected { ticks } => (ticket, format!("fault for {ticks:?} ticks")),
             Reply::Refused { problem, .. } => (ticket, problem),
             Reply::Unconfirmed { problem, .. } => (ticket, problem),
-            Reply::Status(_) => panic!("the coordinator has no status"),
+            Reply::Status(_) | Reply::Stopping => panic!("that is said at once"),
         })
         .collect()
 }
 
-fn answer(coordinator: &mut Coordinator, ticket: Ticket, refused: Option<&str>) {
+pub(super) fn answer(coordinator: &mut Coordinator, ticket: Ticket, refused: Option<&str>) {
     coordinator.notice(Notice::Answer { ticket, refused: refused.map(str::to_owned) });
 }
 

@@ -63,7 +63,7 @@ impl Supervisor {
             self.reap();
         }
         self.kill_all(watch);
-        self.children.talk(now()).iter().for_each(|line| watch.say(line));
+        self.pass_on_talk(watch);
 
         let mut failures = std::mem::take(&mut self.failures);
         let Some(end) = self.left.read() else { return Err(self.without_outcome(failures)) };

@@ -3,8 +3,8 @@
 use crate::driver::{Driver, HZ, at, robot, scenario};
 use geometry::Capsule;
 use model::{
-    BodyKind, EventName, MAX_GOALS, Motion, Obstacle, RobotIndex, RobotOutcome, Scenario, Shape, Stall, Task, TaskId,
-    TimelineAction,
+    BodyKind, EventName, MAX_GOALS, Motion, Obstacle, RobotIndex, RobotOutcome, Scenario, Shape, Stall, Task, TaskEnd,
+    TaskId, TaskStep, TimelineAction,
 };
 use nalgebra::Point2;
 use protocol::daemon_to_world::{Order, Ticket};
@@ -19,7 +19,7 @@ fn run(scenario: &Scenario) -> RobotOutcome {
 }
 
 fn task(goal: [f64; 2], now: bool) -> TimelineAction {
-    TimelineAction::Task { robot: 0, task: Task { goal: goal.into(), yaw_rad: None, now } }
+    TimelineAction::Task { robot: 0, task: Task { now, ..Task::to(goal) } }
 }
 
 /// Ticks until arrival, path length and goals done, against numbers that a reader can add up: 1 m/s, ten ticks a second.
@@ -72,7 +72,7 @@ fn operators_task_as_the_timeline_does_but_not_without_bounds() {
     let order = |task, goal_m: [f64; 2], now| Order::Task {
         id: TaskId(task),
         index: RobotIndex(0),
-        task: Task { goal: goal_m.into(), yaw_rad: None, now },
+        task: Task { now, ..Task::to(goal_m) },
     };
     let mut driver = Driver::new(&one());
     driver.until(5);
@@ -84,7 +84,7 @@ fn operators_task_as_the_timeline_does_but_not_without_bounds() {
     driver.world.order(Order::Task {
         id: TaskId(3),
         index: RobotIndex(7),
-        task: Task { goal: [0.0, 0.0].into(), yaw_rad: None, now: true },
+        task: Task { now: true, ..Task::to([0.0, 0.0]) },
     });
     (0..MAX_GOALS as u32).for_each(|i| driver.world.order(order(4 + i, [2.0, 1.0], false)));
     driver.tick();
@@ -248,11 +248,7 @@ fn who_leaves_its_goal_has_not_arrived_until_it_is_back() {
     assert!((back.path_length_m - 2.24).abs() < 1e-9);
     // A task that comes while it is off its goal is not kept waiting for it.
     step(&mut driver, 1.0);
-    driver.world.order(Order::Task {
-        id: TaskId(1),
-        index: RobotIndex(0),
-        task: Task { goal: [2.0, 1.0].into(), yaw_rad: None, now: false },
-    });
+    driver.world.order(Order::Task { id: TaskId(1), index: RobotIndex(0), task: Task::to([2.0, 1.0]) });
     step(&mut driver, 0.0);
     assert_eq!((driver.world.odometry(0).goal_y_m, driver.world.odometry(0).goals_left), (1.0, 1));
     let events = driver.world.outcome().events;
@@ -276,4 +272,99 @@ fn a_goal_that_moves_is_caught_once_and_for_all() {
     }
     let robot = world.outcome().robots.remove(0);
     assert!(robot.arrived && robot.final_distance_m.unwrap() > 1.0, "{robot:?}");
+}
+
+// ---- the life of a task
+
+/// A task for the robot in slot 0.
+fn order(task: u32, goal: Task) -> Order {
+    Order::Task { id: TaskId(task), index: RobotIndex(0), task: goal }
+}
+
+/// What the daemon was told of the tasks, with the ticks.
+fn steps(driver: &Driver) -> Vec<(u64, u32, TaskStep)> {
+    let step = |(tick, notice): &(u64, Notice)| match notice {
+        Notice::Task { id: TaskId(task), step } => Some((*tick, *task, *step)),
+        _ => None,
+    };
+    driver.notices.iter().filter_map(step).collect()
+}
+
+#[test]
+fn a_task_is_followed_from_the_robot_to_its_end() {
+    let mut driver = Driver::new(&one());
+    driver.world.order(order(1, Task::to([3.5, 0.0])));
+    driver.world.order(order(2, Task { priority: 1, ..Task::to([3.2, 0.0]) }));
+    let outcome = driver.run();
+    assert_eq!(outcome.robots[0].tasks_done, 2);
+    let steps: Vec<(u32, TaskStep)> = steps(&driver).into_iter().map(|(_, task, step)| (task, step)).collect();
+    // The one of higher priority waited less, though it came later; both waited for the goal of the scenario, which was begun.
+    use TaskStep::{Active, Done};
+    assert_eq!(steps, [(2, Active), (2, Done), (1, Active), (1, Done)]);
+}
+
+#[test]
+fn a_task_that_is_replaced_or_cancelled_is_dropped() {
+    let mut driver = Driver::new(&one());
+    driver.world.order(order(1, Task::to([3.5, 0.0])));
+    driver.world.order(order(2, Task { now: true, ..Task::to([9.0, 0.0]) }));
+    driver.world.order(order(3, Task::to([9.0, 9.0])));
+    driver.until(5);
+    let cancel = |task: u32| Order::Cancel { id: TaskId(task), index: RobotIndex(0) };
+    [3, 2, 2, 1].map(cancel).into_iter().for_each(|order| driver.world.order(order));
+    driver.open();
+    // Without any goal it stays where it is.
+    let odometry = driver.world.odometry(0);
+    assert_eq!((odometry.goal_x_m, odometry.goal_y_m), (odometry.x_m, odometry.y_m));
+    driver.close();
+    use TaskStep::{Active, Dropped};
+    let expected = [
+        (0, 1, Dropped(TaskEnd::Replaced)),
+        (0, 2, Active),
+        (5, 3, Dropped(TaskEnd::Cancelled)),
+        (5, 2, Dropped(TaskEnd::Cancelled)),
+    ];
+    assert_eq!(steps(&driver), expected);
+    let answers = driver.notices.iter().filter_map(|(_, notice)| match notice {
+        Notice::Answer { ticket: Ticket::Cancel(TaskId(task)), refused } => Some((*task, refused.as_deref())),
+        _ => None,
+    });
+    let unknown = Some("the robot does not have this task");
+    assert_eq!(answers.collect::<Vec<_>>(), [(3, None), (2, None), (2, unknown), (1, unknown)]);
+    // It has nothing to do, and the run may end; what it was given counts as neither a goal nor a task done.
+    let outcome = driver.run();
+    assert_eq!((outcome.robots[0].tasks_done, outcome.robots[0].goals_done), (0, 0));
+    assert!(outcome.events.iter().any(|event| event.kind.detail(&|_| String::new()) == "task 2: cancelled"));
+}
+
+#[test]
+fn a_task_is_dropped_at_its_deadline_and_the_next_goal_follows() {
+    let mut driver = Driver::new(&one());
+    let soon = |deadline_s: f64| Task { deadline_s: Some(deadline_s), ..Task::to([0.0, 9.0]) };
+    driver.world.order(order(1, Task { now: true, ..soon(0.4) }));
+    driver.world.order(order(2, soon(0.25)));
+    driver.world.order(order(3, Task::to([1.0, 0.0])));
+    for deadline_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        driver.world.order(order(4, soon(deadline_s)));
+    }
+    driver.run();
+    use TaskStep::{Active, Done, Dropped};
+    let overdue = Dropped(TaskEnd::Overdue);
+    let told = steps(&driver);
+    let (dt_s, last) = (driver.world.time_s() / driver.world.tick() as f64, told[told.len() - 1]);
+    let tick = |time_s: f64| (time_s / dt_s).ceil() as u64;
+    let expected =
+        [(0, 1, Active), (tick(0.25), 2, overdue), (tick(0.4), 1, overdue), (tick(0.4), 3, Active), (last.0, 3, Done)];
+    assert_eq!(told, expected);
+    assert_eq!(driver.logged(EventName::Ignored, 0).len(), 4, "a deadline is a time");
+}
+
+#[test]
+fn a_robot_that_is_gone_has_no_tasks() {
+    let mut scenario = one();
+    scenario.events = vec![at(5, TimelineAction::Leave { robot: 0 })];
+    let mut driver = Driver::new(&scenario);
+    driver.world.order(order(1, Task::to([3.5, 0.0])));
+    driver.run();
+    assert_eq!(steps(&driver), [(5, 1, TaskStep::Dropped(TaskEnd::RobotGone))]);
 }

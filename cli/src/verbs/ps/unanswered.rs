@@ -50,7 +50,7 @@ fn instances(address: &Address) -> BTreeMap<RobotIndex, RobotInstance> {
 }
 
 /// The daemon and the world, 0 for what is not found: the world says on its command line who started it.
-fn processes(address: &Address) -> (u32, u32) {
+pub(crate) fn processes(address: &Address) -> (u32, u32) {
     let fleets = bus::clean::list_fleets().unwrap_or_default();
     let pids =
         fleets.into_iter().find(|fleet| fleet.address == *address).map_or_else(Vec::new, |fleet| fleet.processes);

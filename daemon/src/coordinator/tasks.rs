@@ -1,0 +1,529 @@
+//! Tasks: who is to do them, what the world says of them, and what becomes of those whose robot is gone.
+//!
+//! A task is known here from the request on. Where the shell keeps records ([`Coordinator::keep_records`]), it is handed over
+//! to be kept before the world hears of it, so that nothing is acknowledged that a restart would not know of.
+
+use super::{Action, CONFIRM_WITHIN, Coordinator, Refusal, WAITING_MAX, hint_for, refused, shown};
+use crate::assign::{self, Candidate};
+use model::{ProcessState, RobotIndex, Task, TaskEnd, TaskId, TaskState, TaskStep};
+use protocol::daemon_to_world::{Order, Ticket};
+use protocol::operator_to_daemon::{Assign, NewTasks, Reply, TaskChange, TaskFilter, TaskRecord};
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+/// Tasks of one request.
+pub const BATCH_MAX: usize = 128;
+/// Tasks that are not at their end; further ones are refused.
+pub const OPEN_MAX: usize = 10_000;
+/// Tasks at their end that are remembered.
+const ENDED_MAX: usize = 1000;
+/// A name that a sender gives to a task has no more bytes.
+const KEY_MAX: usize = 64;
+/// Records in one answer.
+const LIST_MAX: usize = 1000;
+
+/// Where a robot is, and where it is going.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Position, m.
+    pub at_m: [f64; 2],
+    /// The goal that it heads for, m; `None` if it has arrived.
+    pub goal_m: Option<[f64; 2]>,
+}
+
+/// Tasks of one request whose sender waits for the answer.
+struct Batch {
+    /// The first one names the batch: its ticket is that of the answer.
+    tasks: Vec<TaskId>,
+    /// Since when, once the clock has been looked at.
+    since: Option<Duration>,
+}
+
+/// All tasks that are known.
+#[derive(Default)]
+pub(super) struct Tasks {
+    next: u32,
+    records: BTreeMap<TaskId, TaskRecord>,
+    keys: BTreeMap<String, TaskId>,
+    /// Those at their end, the oldest first.
+    ended: VecDeque<TaskId>,
+    batches: Vec<Batch>,
+    /// The shell keeps records.
+    kept: bool,
+    /// The clock on the wall, ms since 1970.
+    wall_ms: u64,
+    /// Where each robot is, as far as the shell has said.
+    places: Vec<Option<Place>>,
+}
+
+impl Tasks {
+    /// Orders that the world has not answered.
+    pub(super) fn unconfirmed(&self) -> usize {
+        self.records.values().filter(|record| record.state == TaskState::Queued).count()
+    }
+
+    fn open(&self) -> usize {
+        self.records.len() - self.ended.len()
+    }
+
+    fn find(&self, name: &str) -> Option<&TaskRecord> {
+        let id = name.parse().ok().map(TaskId).filter(|id| self.records.contains_key(id));
+        self.records.get(&id.or_else(|| self.keys.get(name).copied())?)
+    }
+
+    /// Time in which nothing ran is not counted.
+    pub(super) fn was_away(&mut self, away: Duration) {
+        self.batches.iter_mut().filter_map(|batch| batch.since.as_mut()).for_each(|since| *since += away);
+    }
+
+    fn forget_old(&mut self) {
+        while self.ended.len() > ENDED_MAX {
+            let record = self.ended.pop_front().and_then(|id| self.records.remove(&id));
+            if let Some(key) = record.and_then(|record| record.key) {
+                self.keys.remove(&key);
+            }
+        }
+    }
+}
+
+impl Coordinator {
+    /// From here on the shell keeps records: an [`Action::Keep`] comes before the world hears of a task, and wants to be
+    /// answered with [`Coordinator::kept`]. `known` are those of before, `next` the first number that is free. Those that are
+    /// not at their end are given to their robots again.
+    pub fn keep_records(&mut self, known: Vec<TaskRecord>, next: TaskId) {
+        self.tasks.kept = true;
+        self.tasks.next = next.0;
+        for record in known {
+            let (id, is_open) = (record.id, !record.state.is_final());
+            self.tasks.next = self.tasks.next.max(id.0 + 1);
+            self.tasks.keys.extend(record.key.clone().map(|key| (key, id)));
+            self.tasks.records.insert(id, record);
+            match is_open {
+                true => self.hand_over_again(id),
+                false => self.tasks.ended.push_back(id),
+            }
+        }
+        self.tasks.forget_old();
+    }
+
+    /// A task that a robot had when the fleet ended.
+    fn hand_over_again(&mut self, id: TaskId) {
+        let Some(record) = self.tasks.records.get(&id) else { return };
+        let slot = self.scenario.robots.iter().position(|robot| robot.id == record.robot);
+        let problem = match slot {
+            None => Some(format!("the fleet has no robot `{}`", record.robot)),
+            Some(slot) => scenarios::goal_problem(
+                &self.scenario,
+                &self.scenario.robots[slot],
+                record.task.goal,
+                record.task.yaw_rad,
+            ),
+        };
+        match (slot, problem) {
+            (Some(slot), None) => {
+                let task = record.task;
+                self.change(id, TaskState::Queued, "the fleet was started again");
+                self.actions.push(Action::Order(Order::Task { id, index: RobotIndex::of(slot), task }));
+            }
+            (_, problem) => self.change(id, TaskState::Failed, &problem.unwrap_or_default()),
+        }
+    }
+
+    /// What the clock on the wall says, ms since 1970: steps of tasks are dated by it.
+    pub fn tell_wall_clock(&mut self, now_ms: u64) {
+        self.tasks.wall_ms = now_ms;
+    }
+
+    /// Whether there are tasks that may have to be given to other robots, so that [`Coordinator::tell_places`] is wanted.
+    pub fn wants_places(&self) -> bool {
+        let may_move = |record: &TaskRecord| !record.state.is_final() && !matches!(record.assign, Assign::Robot(_));
+        self.tasks.records.values().any(may_move)
+    }
+
+    /// Where the robots are, by slot; `None` for one that is not in the world.
+    pub fn tell_places(&mut self, places: Vec<Option<Place>>) {
+        self.tasks.places = places;
+    }
+
+    /// Robots that may be given tasks without being named, with what they have to do.
+    fn candidates(&self) -> (Vec<usize>, Vec<Candidate>) {
+        let works = |slot: usize| {
+            let state = self.members.get(slot).map(|member| member.state);
+            matches!(state, Some(ProcessState::Running | ProcessState::Paused | ProcessState::Stopped))
+        };
+        let slots = (0..self.scenario.robots.len()).filter(|slot| works(*slot));
+        let placed = slots.filter_map(|slot| Some((slot, self.tasks.places.get(slot).copied().flatten()?)));
+        let of = |(slot, place): (usize, Place)| {
+            let mut candidate = Candidate { ends_m: place.at_m, left_m: 0.0 };
+            let name = &self.scenario.robots[slot].id;
+            let waiting = self.tasks.records.values().filter(|record| record.robot == *name);
+            let waiting = waiting.filter(|record| matches!(record.state, TaskState::Queued | TaskState::Assigned));
+            let goals = place.goal_m.into_iter().chain(waiting.map(|record| record.task.goal.into()));
+            for [x_m, y_m] in goals {
+                candidate.left_m += (x_m - candidate.ends_m[0]).hypot(y_m - candidate.ends_m[1]);
+                candidate.ends_m = [x_m, y_m];
+            }
+            (slot, candidate)
+        };
+        placed.map(of).unzip()
+    }
+
+    /// The slots of those who are to do these tasks, or why there are none.
+    fn assigned(&self, assign: &Assign, tasks: &[Task]) -> Result<Vec<usize>, Refusal> {
+        let robots = &self.scenario.robots;
+        let problem_of =
+            |slot: usize, task: &Task| scenarios::goal_problem(&self.scenario, &robots[slot], task.goal, task.yaw_rad);
+        let place = "choose a goal in free space inside the world; only unicycles and diff-drives have a heading there";
+        let (slots, candidates) = match assign {
+            Assign::Robot(name) => {
+                let slot = self.slot_of(name)?;
+                if let Some(problem) = tasks.iter().find_map(|task| problem_of(slot, task)) {
+                    return Err(refused(&problem, Some(place)));
+                }
+                if self.members[slot].state == ProcessState::Left {
+                    return Err(refused(
+                        &format!("robot `{name}` has left"),
+                        Some("`shoal ps` shows the robots; `--assign nearest` chooses one"),
+                    ));
+                }
+                return Ok(vec![slot; tasks.len()]);
+            }
+            Assign::Nearest | Assign::Optimal => self.candidates(),
+        };
+        if candidates.is_empty() {
+            return Err(refused("no robot can take a task", Some("`shoal ps` shows the robots and their states")));
+        }
+        let goals_m: Vec<[f64; 2]> = tasks.iter().map(|task| task.goal.into()).collect();
+        let able: Vec<Vec<bool>> =
+            (slots.iter()).map(|slot| tasks.iter().map(|task| problem_of(*slot, task).is_none()).collect()).collect();
+        let may: &assign::May<'_> = &|robot, goal| able[robot][goal];
+        let chosen = match assign {
+            Assign::Nearest => assign::nearest(candidates, &goals_m, may),
+            _ => assign::optimal(candidates, &goals_m, may),
+        };
+        let slot_of = |(goal, robot): (usize, Option<usize>)| {
+            let why = || problem_of(slots[0], &tasks[goal]).unwrap_or_else(|| "no robot can go there".to_owned());
+            robot.map(|robot| slots[robot]).ok_or_else(|| refused(&why(), Some(place)))
+        };
+        chosen.into_iter().enumerate().map(slot_of).collect()
+    }
+
+    /// An operator sends tasks. What is sent a second time under its name is answered as it stands.
+    pub(super) fn new_tasks(&mut self, new: &NewTasks) -> Result<super::Answer, Refusal> {
+        if let Some(key) = &new.key {
+            let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.:".contains(&byte);
+            let is_name = !key.is_empty() && key.len() <= KEY_MAX && key.bytes().all(is_plain);
+            if !is_name || key.bytes().all(|byte| byte.is_ascii_digit()) {
+                let hint = format!("up to {KEY_MAX} letters, digits, `-`, `_`, `.` or `:`, not digits alone");
+                return Err(refused(&format!("id `{}` is not valid for a task", shown(key)), Some(&hint)));
+            }
+            if let Some(known) = self.tasks.keys.get(key).and_then(|id| self.tasks.records.get(id)) {
+                return match new.tasks[..] == [known.task] && new.assign == known.assign {
+                    true => Ok(super::Answer::Now(Reply::Tasked(vec![known.clone()]))),
+                    false => Err(refused(
+                        &format!("id `{key}` is taken by task {}, which is another one", known.id),
+                        Some(&format!("choose another id; `shoal task show {key}` shows that task")),
+                    )),
+                };
+            }
+            if new.tasks.len() != 1 {
+                return Err(refused("an id is for one task", Some("send the goals one by one, each with its id")));
+            }
+        }
+        if new.tasks.is_empty() || new.tasks.len() > BATCH_MAX {
+            return Err(refused(&format!("{} goals: 1 to {BATCH_MAX} can be sent at once", new.tasks.len()), None));
+        }
+        for task in &new.tasks {
+            if let Some(deadline_s) =
+                task.deadline_s.filter(|deadline_s| !(*deadline_s > 0.0 && deadline_s.is_finite()))
+            {
+                return Err(refused(&format!("the deadline, {deadline_s} s, is not a time above 0"), None));
+            }
+        }
+        if self.tasks.open() + new.tasks.len() > OPEN_MAX {
+            return Err(refused(
+                &format!("{} tasks are not done yet, of at most {OPEN_MAX}", self.tasks.open()),
+                Some("send more when some of them are done: `shoal task list`"),
+            ));
+        }
+        if self.unanswered() + new.tasks.len() > WAITING_MAX {
+            return Err(refused(
+                &format!("{} requests wait for the world already", self.unanswered()),
+                Some("is the world stopped or the machine overloaded? see `shoal ps`, and try again later"),
+            ));
+        }
+        let slots = self.assigned(&new.assign, &new.tasks)?;
+        let mut ids = Vec::new();
+        for (task, slot) in new.tasks.iter().zip(slots) {
+            let id = TaskId(self.tasks.next);
+            self.tasks.next += 1;
+            let robot = self.scenario.robots[slot].id.clone();
+            let (key, assign) = (new.key.clone(), new.assign.clone());
+            self.tasks.keys.extend(key.clone().map(|key| (key, id)));
+            let record =
+                TaskRecord { id, key, assign, robot, task: *task, state: TaskState::Queued, steps: Vec::new() };
+            self.tasks.records.insert(id, record);
+            ids.push(id);
+        }
+        let first = ids[0];
+        self.tasks.batches.push(Batch { tasks: ids.clone(), since: None });
+        ids.iter().for_each(|id| self.note_change(*id, TaskState::Queued, ""));
+        if self.tasks.kept {
+            let records = ids.iter().map(|id| self.tasks.records[id].clone()).collect();
+            self.actions.push(Action::Keep { first, records });
+        } else {
+            self.kept(first, Ok(()));
+        }
+        Ok(super::Answer::Later(Ticket::Task(first)))
+    }
+
+    /// The shell has kept the records of the tasks that came with this one, or could not: then they are refused.
+    pub fn kept(&mut self, first: TaskId, kept: Result<(), String>) {
+        let Some(batch) = self.tasks.batches.iter().position(|batch| batch.tasks[0] == first) else { return };
+        match kept {
+            Ok(()) => {
+                for id in self.tasks.batches[batch].tasks.clone() {
+                    self.order_task(id);
+                }
+            }
+            Err(problem) => {
+                for id in self.tasks.batches.remove(batch).tasks {
+                    if let Some(key) = self.tasks.records.remove(&id).and_then(|record| record.key) {
+                        self.tasks.keys.remove(&key);
+                    }
+                }
+                let hint = "the fleet goes on; nothing was sent to a robot";
+                self.actions.push(Action::Reply(Ticket::Task(first), refused(&problem, Some(hint)).into()));
+            }
+        }
+    }
+
+    fn order_task(&mut self, id: TaskId) {
+        let Some(record) = self.tasks.records.get(&id) else { return };
+        let Some(slot) = self.scenario.robots.iter().position(|robot| robot.id == record.robot) else { return };
+        self.actions.push(Action::Order(Order::Task { id, index: RobotIndex::of(slot), task: record.task }));
+    }
+
+    /// A step in the life of a task, which the shell is to keep.
+    fn change(&mut self, id: TaskId, state: TaskState, reason: &str) {
+        self.note_change(id, state, reason);
+        if let Some(record) = self.tasks.records.get(&id).filter(|_| self.tasks.kept) {
+            self.actions.push(Action::Record(record.clone()));
+        }
+        self.answer_batches();
+    }
+
+    fn note_change(&mut self, id: TaskId, state: TaskState, reason: &str) {
+        let at_ms = self.tasks.wall_ms;
+        let Some(record) = self.tasks.records.get_mut(&id) else { return };
+        record.state = state;
+        record.steps.push(TaskChange { at_ms, state, robot: record.robot.clone(), reason: reason.to_owned() });
+        if state.is_final() {
+            self.tasks.ended.push_back(id);
+            self.tasks.forget_old();
+        }
+    }
+
+    /// The world has taken the task, or will not.
+    pub(super) fn task_answered(&mut self, id: TaskId, problem: Option<String>) {
+        // It may be further already; and what was given up for lost may have been taken all the same.
+        if self.tasks.records.get(&id).is_some_and(|record| record.state == TaskState::Queued) {
+            match problem {
+                None => self.change(id, TaskState::Assigned, ""),
+                Some(problem) => self.change(id, TaskState::Refused, &problem),
+            }
+        }
+    }
+
+    /// What became of a task that a robot has.
+    pub(super) fn task_step(&mut self, id: TaskId, step: TaskStep) {
+        let Some(record) = self.tasks.records.get(&id).filter(|record| !record.state.is_final()) else { return };
+        let robot = record.robot.clone();
+        match step {
+            TaskStep::Active => self.change(id, TaskState::Active, ""),
+            TaskStep::Done => self.change(id, TaskState::Done, ""),
+            TaskStep::Dropped(TaskEnd::Cancelled) => self.change(id, TaskState::Cancelled, "by an operator"),
+            TaskStep::Dropped(TaskEnd::Replaced) => {
+                self.change(id, TaskState::Cancelled, "replaced by a task that was to be done at once");
+            }
+            TaskStep::Dropped(TaskEnd::Overdue) => self.change(id, TaskState::Failed, "not done by its deadline"),
+            TaskStep::Dropped(TaskEnd::RobotGone) => self.reassign(id, &format!("robot `{robot}` is gone")),
+        }
+    }
+
+    /// The robot of a task is gone: another one gets it, unless its sender wanted this one.
+    fn reassign(&mut self, id: TaskId, why: &str) {
+        let Some(record) = self.tasks.records.get(&id) else { return };
+        let (assign, task, gone) = (record.assign.clone(), record.task, record.robot.clone());
+        if let Assign::Robot(_) = assign {
+            return self.change(id, TaskState::Failed, why);
+        }
+        if let Some(place) = self.scenario.robots.iter().position(|robot| robot.id == gone)
+            && let Some(place) = self.tasks.places.get_mut(place)
+        {
+            *place = None;
+        }
+        match self.assigned(&assign, &[task]) {
+            Ok(slots) => {
+                let robot = self.scenario.robots[slots[0]].id.clone();
+                if let Some(record) = self.tasks.records.get_mut(&id) {
+                    record.robot = robot;
+                }
+                self.change(id, TaskState::Queued, &format!("{why}: given to another one"));
+                self.order_task(id);
+            }
+            Err(refusal) => self.change(id, TaskState::Failed, &format!("{why}, and {}", refusal.problem)),
+        }
+    }
+
+    /// Operators whose tasks are all decided are answered.
+    fn answer_batches(&mut self) {
+        let (tasks, mut decided) = (&mut self.tasks, Vec::new());
+        let records = &tasks.records;
+        let is_open = |id: &TaskId| records.get(id).is_some_and(|record| record.state == TaskState::Queued);
+        tasks.batches.retain(|batch| {
+            let waits = batch.tasks.iter().any(is_open);
+            if !waits {
+                decided.push(batch.tasks.clone());
+            }
+            waits
+        });
+        for ids in decided {
+            let records: Vec<TaskRecord> = ids.iter().filter_map(|id| self.tasks.records.get(id).cloned()).collect();
+            let reply = match &records[..] {
+                [TaskRecord { state: TaskState::Refused, robot, steps, .. }] => {
+                    let problem = steps.last().map_or("", |step| step.reason.as_str());
+                    refused(&format!("robot `{robot}`: {problem}"), hint_for(problem)).into()
+                }
+                _ => Reply::Tasked(records),
+            };
+            self.actions.push(Action::Reply(Ticket::Task(ids[0]), reply));
+        }
+    }
+
+    /// The world has said all that it will. What it has not taken will not happen, unless what it said is lost. A task that a
+    /// robot had before stays as it is: whoever starts the fleet again finds it.
+    pub(super) fn refuse_tasks(&mut self, answers_are_lost: bool) {
+        let batches = std::mem::take(&mut self.tasks.batches);
+        if !answers_are_lost {
+            let never_had = |record: &&TaskRecord| record.steps.iter().all(|step| step.state == TaskState::Queued);
+            let never: Vec<TaskId> = self.tasks.records.values().filter(never_had).map(|record| record.id).collect();
+            never.into_iter().for_each(|id| self.change(id, TaskState::Refused, "the run is over"));
+        }
+        for Batch { tasks, .. } in batches {
+            let reply = match answers_are_lost {
+                true => {
+                    let problem = format!(
+                        "{}: not confirmed: the run is over, and the world's answer is lost",
+                        self.words(&tasks)
+                    );
+                    Reply::Unconfirmed { problem, hint: "it may have been done: the report says so".to_owned() }
+                }
+                false => {
+                    let records: Vec<TaskRecord> =
+                        tasks.iter().filter_map(|id| self.tasks.records.get(id).cloned()).collect();
+                    match records.iter().all(|record| record.state == TaskState::Refused) {
+                        true => {
+                            let robot = records.first().map_or("", |record| record.robot.as_str());
+                            refused(&format!("robot `{robot}`: the run is over"), None).into()
+                        }
+                        false => Reply::Tasked(records),
+                    }
+                }
+            };
+            self.actions.push(Action::Reply(Ticket::Task(tasks[0]), reply));
+        }
+    }
+
+    /// Operators who have waited long enough are told that it is not known yet.
+    pub(super) fn answer_late_tasks(&mut self, now: Duration) {
+        let mut late = Vec::new();
+        self.tasks.batches.retain_mut(|batch| {
+            let waits = now.saturating_sub(*batch.since.get_or_insert(now)) <= CONFIRM_WITHIN;
+            if !waits {
+                late.push(batch.tasks.clone());
+            }
+            waits
+        });
+        for tasks in late {
+            let seconds = CONFIRM_WITHIN.as_secs();
+            let problem = format!("{}: not confirmed: the world has not answered for {seconds} s", self.words(&tasks));
+            let hint = format!(
+                "it may still be done: `shoal task show {}` tells; `shoal ps` shows whether the world runs",
+                tasks[0]
+            );
+            self.actions.push(Action::Reply(Ticket::Task(tasks[0]), Reply::Unconfirmed { problem, hint }));
+        }
+    }
+
+    fn words(&self, tasks: &[TaskId]) -> String {
+        let first = tasks[0];
+        match tasks.len() {
+            1 => {
+                let robot = self.tasks.records.get(&first).map_or("?", |record| record.robot.as_str());
+                format!("task {first} for robot `{robot}`")
+            }
+            many => format!("tasks {first} to {}", first.0 + many as u32 - 1),
+        }
+    }
+
+    /// The tasks that a filter lets through.
+    pub(super) fn list_tasks(&self, filter: &TaskFilter) -> Result<Vec<TaskRecord>, Refusal> {
+        if let Some(name) = filter.which.iter().find(|name| self.tasks.find(name).is_none()) {
+            return Err(self.unknown_task(name));
+        }
+        let named = |record: &TaskRecord| {
+            let is = |name: &String| self.tasks.find(name).is_some_and(|found| found.id == record.id);
+            filter.which.is_empty() || filter.which.iter().any(is)
+        };
+        let fits = |record: &&TaskRecord| {
+            filter.robot.as_ref().is_none_or(|robot| *robot == record.robot)
+                && (filter.states.is_empty() || filter.states.contains(&record.state))
+                && named(record)
+        };
+        let newest = (filter.newest as usize).min(LIST_MAX);
+        let mut records: Vec<TaskRecord> =
+            self.tasks.records.values().rev().filter(fits).take(newest).cloned().collect();
+        records.reverse();
+        Ok(records)
+    }
+
+    fn unknown_task(&self, name: &str) -> Refusal {
+        let hint = match self.tasks.kept {
+            true => format!(
+                "`shoal task list` shows the open tasks and the newest {ENDED_MAX} others; the database has all"
+            ),
+            false => format!("`shoal task list` shows the open tasks and the newest {ENDED_MAX} others"),
+        };
+        refused(&format!("unknown task `{}`", shown(name)), Some(&hint))
+    }
+
+    /// A task that is to be cancelled: the order, and the robot that has it.
+    pub(super) fn cancel_task(&mut self, name: &str) -> Result<(Ticket, String), Refusal> {
+        let Some(record) = self.tasks.find(name) else { return Err(self.unknown_task(name)) };
+        let (id, robot, state) = (record.id, record.robot.clone(), record.state);
+        let slot = self.scenario.robots.iter().position(|known| known.id == robot);
+        let (Some(slot), false) = (slot, state.is_final()) else {
+            let hint = format!("`shoal task show {id}` shows what became of it");
+            return Err(refused(&format!("task {id} is {} already", state.word()), Some(&hint)));
+        };
+        if state == TaskState::Queued {
+            let hint = "try again when the world has answered; `shoal ps` shows whether it runs";
+            return Err(refused(&format!("task {id} is not confirmed yet"), Some(hint)));
+        }
+        if self.waiting.iter().any(|waiting| waiting.ticket == Ticket::Cancel(id)) {
+            let hint = format!("`shoal task show {id}` shows what has become of it");
+            return Err(refused(&format!("task {id} is being cancelled already"), Some(&hint)));
+        }
+        self.actions.push(Action::Order(Order::Cancel { id, index: RobotIndex::of(slot) }));
+        Ok((Ticket::Cancel(id), robot))
+    }
+
+    /// What the sender of a cancellation is told.
+    pub(super) fn cancelled(&self, id: TaskId) -> Reply {
+        Reply::Tasks(self.tasks.records.get(&id).cloned().into_iter().collect())
+    }
+}
+
+#[cfg(test)]
+mod tests;
