@@ -90,7 +90,7 @@ pub fn cause(period: &Period, waited_ns: u64, before: Cause, work: Cause) -> Cau
 /// Between two looks there are periods that were on time. They woke a little late too: partly because their timer
 /// was late, which is no waiting for a processor, partly because of it. A look after a time in which nothing was late
 /// tells how much is the timer's; the rest of their lateness was waiting and is taken off. Where late periods come again and
-/// again there is no such time, and on a busy processor timers are as late as queues are long: so after a late period each
+/// again such a time does not come, and on a busy processor timers are as late as queues are long: so after a late period each
 /// one is looked at, and what was counted since is the next late one's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Waits {

@@ -21,7 +21,7 @@ struct Service {
 }
 
 impl Service {
-    /// A fleet of so many robots on lanes of 2 m, each restarted once if it dies.
+    /// A fleet of this number of robots on lanes of 2 m, restarted if they die.
     fn up(robots: usize) -> Service {
         let more = "[fleet]\ncommand_timeout_s = 30\n[defaults]\nrestart = \"on-failure\"\nrestart_delay_s = 0.2\n";
         let scenario = lanes(robots, 2.0).replacen("[defaults]\n", more, 1);
@@ -209,7 +209,7 @@ fn tasks_outlive_their_fleet() {
     let mut service = Service::up(2);
     service.json(&["task", "send", "a", "1,0", "--id", "done"]);
     service.ask(&["task", "wait", "done"]).expect(0);
-    // So slowly that they cannot be done meanwhile: the world stands still.
+    // The world is stopped below, so that they cannot be done before the daemon is killed.
     let world = service.up["world_pid"].as_u64().unwrap() as u32;
     for (robot, goal, id) in [("a", "0,0", "open-1"), ("b", "0,2", "open-2"), ("b", "1,2", "open-3")] {
         service.json(&["task", "send", robot, goal, "--id", id]);

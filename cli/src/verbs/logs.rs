@@ -138,7 +138,7 @@ impl Follower {
 
     fn print_new(&mut self, filter: &Filter<'_>) -> Result<(), Failure> {
         let at = self.file.stream_position().unwrap_or(0);
-        // A file that became shorter begins anew.
+        // A file that became shorter is read from its beginning.
         if self.file.metadata().is_ok_and(|meta| meta.len() < at) {
             let _ = self.file.seek(SeekFrom::Start(0));
         }

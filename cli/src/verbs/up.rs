@@ -86,7 +86,7 @@ fn in_foreground(options: &UpArgs, scenario: Scenario, name: &str, path: &Path) 
     Ok(code)
 }
 
-/// A daemon in the background. Nobody hears it after its first word.
+/// A daemon in the background. It says one word to its caller, and then writes to the log alone.
 fn in_background(scenario: Scenario, name: &str, path: &Path, saying: Saying) -> i32 {
     let serve = |saying: &mut Option<Saying>| -> Result<i32, Failure> {
         let service = Service::open(name, StateDir::take(path)?)?;
@@ -167,7 +167,7 @@ struct Foreground<'a> {
 
 impl Watch for Foreground<'_> {
     fn started(&mut self, fleet: &FleetView<'_>) {
-        // Whoever reads standard output may have gone: the fleet runs all the same.
+        // The reader of standard output may have gone: the fleet runs all the same.
         let _ = say_up(self.format, &up_json(fleet, self.name, &self.state));
     }
 

@@ -402,7 +402,7 @@ impl Coordinator {
     }
 
     /// The world has said all that it will. What it has not taken will not happen, unless what it said is lost. A task that a
-    /// robot had before stays as it is: whoever starts the fleet again finds it.
+    /// robot had before stays as it is: the next `shoal up` gives it to the robot again.
     pub(super) fn refuse_tasks(&mut self, answers_are_lost: bool) {
         let batches = std::mem::take(&mut self.tasks.batches);
         if !answers_are_lost {

@@ -27,7 +27,7 @@ choice! {
         Info = "info",
         /// What should not happen often.
         Warn = "warn",
-        /// What somebody should look at.
+        /// What needs attention.
         Error = "error",
     }
 }

@@ -14,7 +14,7 @@ const LOCK: &str = "lock";
 /// Names of fleets have no more characters.
 const NAME_MAX: usize = 64;
 
-/// The directory, which nobody else has while this lives.
+/// The directory, which no other process has while this lives.
 #[derive(Debug)]
 pub struct StateDir {
     path: PathBuf,
@@ -34,7 +34,7 @@ impl StateDir {
         let file = open(&lock, flags, Mode::RUSR | Mode::WUSR).map_err(failed)?;
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => {
-                // Absolute: whoever reads it may be elsewhere.
+                // Absolute: its readers may be in other directories.
                 let path = std::fs::canonicalize(path).map_err(|error| failure(path, "cannot be opened", &error))?;
                 Ok(StateDir { path, _lock: file })
             }

@@ -19,7 +19,7 @@ pub const FILE: &str = "fleet.db";
 const APPLICATION_ID: i32 = 0x7368_6f61;
 /// Goes up when the tables change.
 const SCHEMA_VERSION: i32 = 1;
-/// Somebody else who writes is waited for no longer.
+/// The longest wait for another program that writes.
 const BUSY: Duration = Duration::from_millis(500);
 /// Events that are kept; the oldest go.
 const EVENTS_MAX: i64 = 100_000;
@@ -205,7 +205,7 @@ impl Store {
     /// When it cannot be written.
     pub fn begin_run(&mut self, fleet: &str, scenario: &str) -> Result<(), Error> {
         let begin = || -> rusqlite::Result<i64> {
-            // A run that has no end was killed, and nobody took it over.
+            // A run without an end was killed.
             self.db.execute("UPDATE run SET ending = 'killed' WHERE ended_ms IS NULL AND ending IS NULL", [])?;
             self.db.execute("DELETE FROM robot", [])?;
             self.db.execute(

@@ -98,7 +98,7 @@ impl Supervisor {
         keeper.service.log.write(&Entry::new(level, "daemon", ended));
     }
 
-    /// Writes what is new of tasks before anything else is done: whoever is answered afterwards can count on it.
+    /// Writes what is new of tasks before anything else is done: operators that are answered afterwards can count on it.
     pub(super) fn keep(&mut self, actions: &[Action]) {
         let new: Vec<&Action> = actions.iter().filter(|action| matches!(action, Action::Keep { .. })).collect();
         let mut results: Vec<(TaskId, Result<(), String>)> = Vec::new();
@@ -185,7 +185,7 @@ impl Supervisor {
         }
     }
 
-    /// What processes have printed goes to the log and to whoever watches.
+    /// What processes have printed goes to the log and to the watcher.
     pub(super) fn pass_on_talk(&mut self, watch: &mut dyn Watch) {
         for spoken in self.children.talk(now()) {
             watch.say(&spoken.to_string());

@@ -1,6 +1,6 @@
 //! What happens to robots by a plan: the timeline, and faults on purpose, from the timeline and from operators.
 
-use super::World;
+use super::{UNKNOWN, World};
 use model::{EventKind, Fault, FaultSource, GoalSource, Radio, RobotIndex, TimelineAction};
 use protocol::world_to_robot::Impairment;
 
@@ -119,6 +119,3 @@ impl World {
         self.impairments[slot]
     }
 }
-
-/// Why a fault is refused: no robot has this index.
-const UNKNOWN: &str = "unknown robot";
