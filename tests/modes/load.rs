@@ -37,7 +37,7 @@ fn a_fleet_that_gives_way_to_others_loses_nobody() {
     let single = report(&format!("{scenario} --mode single"));
     let _place = Place::take();
     let mut hogs = [(); 4].map(|()| Run::new("sh").args(["-c", "while :; do :; done"]).start());
-    let run = Run::new("nice").args(["-n", "17", SHOAL]).words("run --format json --mode lockstep").words(scenario);
+    let run = Run::new("nice").args(["-n", "9", SHOAL]).words("run --format json --mode lockstep").words(scenario);
     let ended = run.end();
     assert!(hogs.iter_mut().all(|hog| hog.runs()), "the hogs were there all the time");
     let lockstep = report_of(&ended);
