@@ -133,12 +133,12 @@ impl World {
         let address = home.address.clone();
         let writer = Other::new(move || {
             let node = Node::new(&address, "world").unwrap();
-            let mut board = WorldWriter::open(&node, sizes).unwrap();
+            let mut board = WorldWriter::open(&node, sizes, 0).unwrap();
             move |tick| {
                 (0..count).for_each(|slot| board.odometry(RobotIndex(slot), |told| *told = odometry(slot, tick)));
             }
         });
-        let reader = WorldReader::open(&home.node("agent"), RobotIndex(count / 2)).unwrap();
+        let reader = WorldReader::open(&home.node("agent"), RobotIndex(count / 2), 0).unwrap();
         let mut world = World { reader, writer, tick: 0, period: Period::new(), _services: services, _home: home };
         world.turn_cold();
         world
@@ -218,8 +218,8 @@ fn lists() -> (Home, Services, WorldWriter, WorldReader) {
     let node = home.node("daemon");
     let sizes = Sizes { max_robots: 256, shape_pieces: 0 };
     let services = Services::create(&node, sizes).unwrap();
-    let world = WorldWriter::open(&home.node("world"), sizes).unwrap();
-    let robot = WorldReader::open(&home.node("agent"), RobotIndex(0)).unwrap();
+    let world = WorldWriter::open(&home.node("world"), sizes, 0).unwrap();
+    let robot = WorldReader::open(&home.node("agent"), RobotIndex(0), 0).unwrap();
     (home, services, world, robot)
 }
 

@@ -15,9 +15,24 @@ impl Footing {
     /// # Errors
     /// When something of it is missing already.
     pub fn survey(address: &Address) -> Result<Footing> {
+        Footing::of(address, &|_| true)
+    }
+
+    /// The same for a fleet that runs: without the files of iceoryx2, which may be those of robots that come and go, or of a
+    /// world that another one has replaced.
+    ///
+    /// # Errors
+    /// When the root is gone.
+    pub fn survey_running(address: &Address) -> Result<Footing> {
+        let stays = ["gate", "lease", "orders", "notices", "notices.bell"];
+        Footing::of(address, &|name| stays.contains(&name))
+    }
+
+    fn of(address: &Address, stays: &dyn Fn(&str) -> bool) -> Result<Footing> {
         let root = address.root();
         let entries = std::fs::read_dir(root).map_err(|e| BusError::io(root, "read the directory", e))?;
         let files = entries.flatten().filter(|entry| entry.file_type().is_ok_and(|kind| !kind.is_dir()));
+        let files = files.filter(|entry| entry.file_name().to_str().is_some_and(stays));
         let noted = std::iter::once(root.to_path_buf()).chain(files.map(|entry| entry.path())).map(|path| {
             let identity = identity(&path).map_err(|e| BusError::io(&path, "find it again", e))?;
             Ok((path, identity))

@@ -9,7 +9,10 @@ use iceoryx2::service::builder::publish_subscribe::Builder;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Factory;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 
-const NAME: &str = "frames";
+/// Name of the service; a world in place of one that was killed has a service of its own.
+fn name(incarnation: u32) -> String {
+    if incarnation == 0 { "frames".to_owned() } else { format!("frames-{incarnation}") }
+}
 /// Observers at the same time, dead ones that were not cleared away included.
 const SUBSCRIBERS_MAX: usize = 8;
 /// How many frames an observer may be behind before it misses the oldest ones.
@@ -28,12 +31,12 @@ pub(crate) fn bytes_needed(bodies: usize) -> u64 {
 }
 
 /// Makes the service.
-pub(crate) fn create(node: &Node) -> Result<FrameService> {
-    builder(node).create().map_err(|e| failed("create the service", e))
+pub(crate) fn create(node: &Node, incarnation: u32) -> Result<FrameService> {
+    builder(node, incarnation).create().map_err(|e| failed("create the service", e))
 }
 
-fn builder(node: &Node) -> Builder<[FrameBody], FrameHeader, Ipc> {
-    node.service(NAME)
+fn builder(node: &Node, incarnation: u32) -> Builder<[FrameBody], FrameHeader, Ipc> {
+    node.service(&name(incarnation))
         .publish_subscribe::<[FrameBody]>()
         .user_header::<FrameHeader>()
         .max_publishers(1)
@@ -45,12 +48,13 @@ fn builder(node: &Node) -> Builder<[FrameBody], FrameHeader, Ipc> {
         .enable_safe_overflow(true)
 }
 
-fn open(node: &Node) -> Result<FrameService> {
-    builder(node).open().map_err(|e| failed("open the service", e))
+/// Opens the service, which keeps it alive.
+pub(crate) fn open(node: &Node, incarnation: u32) -> Result<FrameService> {
+    builder(node, incarnation).open().map_err(|e| failed("open the service", e))
 }
 
 fn failed(action: &'static str, cause: impl std::fmt::Debug) -> BusError {
-    BusError::port(format!("service `{NAME}`"), action, cause)
+    BusError::port("service `frames`", action, cause)
 }
 
 /// The world's end.
@@ -60,12 +64,12 @@ pub struct FramePublisher {
 }
 
 impl FramePublisher {
-    /// Becomes the one who publishes, frames of at most this many bodies ([`Sizes::frame_bodies_max`](crate::Sizes)).
+    /// Becomes the one who publishes for this incarnation of the world, frames of at most this many bodies ([`Sizes::frame_bodies_max`](crate::Sizes)).
     ///
     /// # Errors
     /// When the fleet's services are not there, or somebody else publishes.
-    pub fn open(node: &Node, bodies_max: usize) -> Result<FramePublisher> {
-        let service = open(node)?;
+    pub fn open(node: &Node, bodies_max: usize, incarnation: u32) -> Result<FramePublisher> {
+        let service = open(node, incarnation)?;
         let publisher = service
             .publisher_builder()
             .initial_max_slice_len(bodies_max)
@@ -101,12 +105,12 @@ pub struct FrameSubscriber {
 }
 
 impl FrameSubscriber {
-    /// Begins to watch: frames from now on.
+    /// Begins to watch this incarnation of the world: frames from now on.
     ///
     /// # Errors
     /// When the fleet's services are not there, or too many watch already.
-    pub fn open(node: &Node) -> Result<FrameSubscriber> {
-        let subscriber = open(node)?
+    pub fn open(node: &Node, incarnation: u32) -> Result<FrameSubscriber> {
+        let subscriber = open(node, incarnation)?
             .subscriber_builder()
             .buffer_size(BUFFER)
             .create()

@@ -61,6 +61,8 @@ const STAMPS: [usize; 2] = [80, 88];
 const START: usize = 96;
 const OVER: usize = 104;
 const MEETING: usize = 108;
+/// The incarnation of the world whose board and frames count.
+const WORLD: usize = 112;
 const COUNTER: usize = 128;
 const BELL: usize = 192;
 const CALLS: usize = 196;
@@ -283,6 +285,11 @@ impl Gate {
         }
     }
 
+    /// The world's process of this incarnation goes on: its board is written, and robots read that from the next tick on.
+    pub fn set_world_incarnation(&self, incarnation: u32) {
+        self.map.u32_at(WORLD).store(incarnation, Release);
+    }
+
     // ---- an agent's side
 
     /// Says which process is the agent of this instance: the caller. Behind a wrapper it is not the one that was started.
@@ -413,6 +420,11 @@ impl Gate {
         let word = |i: usize| self.map.u64_at(PROGRESS + 8 * i).load(Relaxed);
         let (robots, arrived) = ((word(1) >> 32) as u32, word(1) as u32);
         Progress { tick: word(0), robots, arrived, contacts: word(2), stamp_ns: word(3) }
+    }
+
+    /// How often the world's process was replaced: the boards and frames of the present one have this in their names.
+    pub fn world_incarnation(&self) -> u32 {
+        self.map.u32_at(WORLD).load(Acquire)
     }
 
     /// The process that announced itself as the agent of this instance. It may have ended since.

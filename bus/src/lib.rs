@@ -11,6 +11,7 @@
 //! operator      operator -> daemon  requests and replies                         unix socket
 //! stats         any -> daemon       latency histograms and counters              counters in a file
 //! blame         any -> daemon       why a period was late                        the same file
+//! helm          anybody             which process is the daemon, which the world   files in the root, and a lock
 //! descriptors   anybody              how many open files a process needs               limits of the kernel
 //! bare          nobody              the floor under the gate, to measure it by   futex words in a file
 //! ```
@@ -34,6 +35,7 @@ pub mod error;
 pub mod footing;
 pub mod frames;
 pub mod gate;
+pub mod helm;
 pub mod lock;
 mod maker;
 mod map;
@@ -56,6 +58,7 @@ pub use error::BusError;
 pub use footing::Footing;
 pub use frames::{FramePublisher, FrameSubscriber};
 pub use gate::{Gate, Progress, TickWait};
+pub use helm::{Helm, Helmsman};
 pub use lock::Lease;
 pub use node::Node;
 pub use operator::{Noise, OperatorClient, OperatorServer, Responder};

@@ -30,6 +30,11 @@ impl Maker {
         std::fs::read_link(root.join(MAKER)).ok()?.to_str()?.parse().ok()
     }
 
+    /// Its number.
+    pub(crate) fn pid(self) -> u32 {
+        self.pid
+    }
+
     /// Whether it may be alive. Of another namespace's processes this one cannot tell.
     pub(crate) fn may_live(self) -> bool {
         self.namespace != namespace() || start_of(self.pid) == Some(self.start)

@@ -9,6 +9,7 @@ use crate::{Result, Sizes, control, world_board};
 pub struct Services {
     _world: Board,
     _frames: FrameService,
+    sizes: Sizes,
 }
 
 impl Services {
@@ -21,6 +22,30 @@ impl Services {
         sizes.check_space(node.address())?;
         sizes.store(node.address())?;
         control::create(node.address())?;
-        Ok(Services { _world: world_board::create(node, sizes)?, _frames: frames::create(node)? })
+        Services::for_world(node, sizes, 0)
+    }
+
+    /// Opens what an earlier daemon has made, for this incarnation of the world.
+    ///
+    /// # Errors
+    /// When it is not there.
+    pub fn open(node: &Node, incarnation: u32) -> Result<Services> {
+        let (world, frames) = (world_board::open(node, incarnation)?, frames::open(node, incarnation)?);
+        Ok(Services { _world: world, _frames: frames, sizes: Sizes::of(node.address())? })
+    }
+
+    /// Makes a board and frames for the next incarnation of the world. Those of the one before are removed when the last
+    /// robot has let go of them.
+    ///
+    /// # Errors
+    /// When they do not fit.
+    pub fn renew(&mut self, node: &Node, incarnation: u32) -> Result<()> {
+        *self = Services::for_world(node, self.sizes, incarnation)?;
+        Ok(())
+    }
+
+    fn for_world(node: &Node, sizes: Sizes, incarnation: u32) -> Result<Services> {
+        let world = world_board::create(node, sizes, incarnation)?;
+        Ok(Services { _world: world, _frames: frames::create(node, incarnation)?, sizes })
     }
 }

@@ -8,7 +8,10 @@ use model::RobotIndex;
 use protocol::world_to_robot::{Impairment, NeighborList, NeighborRef, Odometry, Piece, SensedList};
 use std::cell::Cell;
 
-const NAME: &str = "world";
+/// Name of the board. What a killed world was writing can never be written again: the next one has a board of its own.
+fn name(incarnation: u32) -> String {
+    if incarnation == 0 { "world".to_owned() } else { format!("world-{incarnation}") }
+}
 
 /// The odometry of a slot, and how often each of its lists was written: who reads the one knows whether to look at the
 /// others, which lie elsewhere.
@@ -36,8 +39,9 @@ fn key(kind: Kind, index: u32) -> Key {
 }
 
 /// Makes the board, all of its entries empty. Its memory is written, hence reserved, here.
-pub(crate) fn create(node: &Node, sizes: Sizes) -> Result<Board> {
-    let mut creator = board::creator(node, NAME, sizes.participants_max());
+pub(crate) fn create(node: &Node, sizes: Sizes, incarnation: u32) -> Result<Board> {
+    let name = name(incarnation);
+    let mut creator = board::creator(node, &name, sizes.participants_max());
     for robot in 0..sizes.max_robots {
         creator = creator
             .add(key(Kind::Odometry, robot), Told::default())
@@ -48,7 +52,12 @@ pub(crate) fn create(node: &Node, sizes: Sizes) -> Result<Board> {
     for piece in 0..sizes.pieces() {
         creator = creator.add(key(Kind::Piece, piece), Piece::default());
     }
-    board::create(creator, NAME)
+    board::create(creator, &name)
+}
+
+/// Opens the board, which keeps it alive.
+pub(crate) fn open(node: &Node, incarnation: u32) -> Result<Board> {
+    board::open(node, &name(incarnation))
 }
 
 /// The world's hand on its board. There can be one at a time, and none after a world that was killed.
@@ -63,27 +72,29 @@ pub struct WorldWriter {
 }
 
 impl WorldWriter {
-    /// Opens every entry for writing.
+    /// Opens every entry of the board of this incarnation of the world for writing.
     ///
     /// # Errors
     /// When the board is not there, or somebody else writes it.
-    pub fn open(node: &Node, sizes: Sizes) -> Result<WorldWriter> {
-        let writer = board::writer(&board::open(node, NAME)?, NAME)?;
+    pub fn open(node: &Node, sizes: Sizes, incarnation: u32) -> Result<WorldWriter> {
+        let name = &name(incarnation);
+        let writer = board::writer(&board::open(node, name)?, name)?;
         fn all<T: Copy + ZeroCopySend + 'static>(
             writer: &iceoryx2::port::writer::Writer<crate::node::Ipc, Key>,
+            name: &str,
             kind: Kind,
             count: u32,
             blank: &T,
         ) -> Result<Vec<EntryMut<T>>> {
-            (0..count).map(|index| board::entry_mut(writer, NAME, key(kind, index), blank)).collect()
+            (0..count).map(|index| board::entry_mut(writer, name, key(kind, index), blank)).collect()
         }
         Ok(WorldWriter {
-            odometry: all(&writer, Kind::Odometry, sizes.max_robots, &Told::default())?,
+            odometry: all(&writer, name, Kind::Odometry, sizes.max_robots, &Told::default())?,
             written: vec![[0; 2]; sizes.max_robots as usize],
-            neighbors: all(&writer, Kind::Neighbors, sizes.max_robots, &NeighborList::EMPTY)?,
-            sensed: all(&writer, Kind::Sensed, sizes.max_robots, &SensedList::EMPTY)?,
-            pieces: all(&writer, Kind::Piece, sizes.pieces(), &Piece::default())?,
-            impairments: all(&writer, Kind::Impairment, sizes.max_robots, &Impairment::default())?,
+            neighbors: all(&writer, name, Kind::Neighbors, sizes.max_robots, &NeighborList::EMPTY)?,
+            sensed: all(&writer, name, Kind::Sensed, sizes.max_robots, &SensedList::EMPTY)?,
+            pieces: all(&writer, name, Kind::Piece, sizes.pieces(), &Piece::default())?,
+            impairments: all(&writer, name, Kind::Impairment, sizes.max_robots, &Impairment::default())?,
         })
     }
 
@@ -131,6 +142,7 @@ impl WorldWriter {
 /// A robot's eyes on the world's board.
 pub struct WorldReader {
     reader: iceoryx2::port::reader::Reader<crate::node::Ipc, Key>,
+    name: String,
     odometry: Entry<Told>,
     neighbors: Entry<NeighborList>,
     sensed: Entry<SensedList>,
@@ -143,21 +155,24 @@ pub struct WorldReader {
 }
 
 impl WorldReader {
-    /// Opens the entries of this robot.
+    /// Opens the entries of this robot on the board of this incarnation of the world
+    /// ([`Gate::world_incarnation`](crate::Gate::world_incarnation)).
     ///
     /// # Errors
     /// When the board is not there, has no such robot, or has no place left for a reader.
-    pub fn open(node: &Node, index: RobotIndex) -> Result<WorldReader> {
-        let reader = board::reader(&board::open(node, NAME)?, NAME)?;
+    pub fn open(node: &Node, index: RobotIndex, incarnation: u32) -> Result<WorldReader> {
+        let name = name(incarnation);
+        let reader = board::reader(&board::open(node, &name)?, &name)?;
         Ok(WorldReader {
-            odometry: board::entry(&reader, NAME, key(Kind::Odometry, index.0))?,
-            neighbors: board::entry(&reader, NAME, key(Kind::Neighbors, index.0))?,
-            sensed: board::entry(&reader, NAME, key(Kind::Sensed, index.0))?,
-            impairment: board::entry(&reader, NAME, key(Kind::Impairment, index.0))?,
+            odometry: board::entry(&reader, &name, key(Kind::Odometry, index.0))?,
+            neighbors: board::entry(&reader, &name, key(Kind::Neighbors, index.0))?,
+            sensed: board::entry(&reader, &name, key(Kind::Sensed, index.0))?,
+            impairment: board::entry(&reader, &name, key(Kind::Impairment, index.0))?,
             pieces: Vec::new(),
             written: Cell::default(),
             handed_out: [None; 2],
             reader,
+            name,
         })
     }
 
@@ -207,7 +222,7 @@ impl WorldReader {
                 watched.refresh();
                 *watched.value()
             }
-            Err(place) => match board::entry(&self.reader, NAME, key(Kind::Piece, u32::from(index))) {
+            Err(place) => match board::entry(&self.reader, &self.name, key(Kind::Piece, u32::from(index))) {
                 Ok(entry) => {
                     self.pieces.insert(place, (index, Watched::new(entry)));
                     *self.pieces[place].1.value()
@@ -224,14 +239,15 @@ pub struct WorldObserver {
 }
 
 impl WorldObserver {
-    /// Opens the odometry of every robot.
+    /// Opens the odometry of every robot on the board of this incarnation of the world.
     ///
     /// # Errors
     /// When the board is not there, or has no place left for a reader.
-    pub fn open(node: &Node) -> Result<WorldObserver> {
+    pub fn open(node: &Node, incarnation: u32) -> Result<WorldObserver> {
         let sizes = Sizes::of(node.address())?;
-        let reader = board::reader(&board::open(node, NAME)?, NAME)?;
-        let odometry = (0..sizes.max_robots).map(|robot| board::entry(&reader, NAME, key(Kind::Odometry, robot)));
+        let name = &name(incarnation);
+        let reader = board::reader(&board::open(node, name)?, name)?;
+        let odometry = (0..sizes.max_robots).map(|robot| board::entry(&reader, name, key(Kind::Odometry, robot)));
         Ok(WorldObserver { odometry: odometry.collect::<Result<_>>()? })
     }
 

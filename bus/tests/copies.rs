@@ -38,7 +38,7 @@ impl Fleet {
     }
 
     fn world(&self) -> WorldWriter {
-        WorldWriter::open(&self.node, SIZES).unwrap()
+        WorldWriter::open(&self.node, SIZES, 0).unwrap()
     }
 
     fn robot(&self, poses: Poses) -> RobotWriter {
@@ -110,7 +110,7 @@ fn a_list_is_copied_out_once() {
         (n as u64 + 3).wrapping_mul(0x9e37_79b9_7f4a_7c15)
     }
     let fleet = Fleet::new();
-    let (mut world, mut reader) = (fleet.world(), WorldReader::open(&fleet.node, ROBOT).unwrap());
+    let (mut world, mut reader) = (fleet.world(), WorldReader::open(&fleet.node, ROBOT, 0).unwrap());
     let mut found = Vec::with_capacity(MAX_ROBOTS);
     // At the end of a full list: every copy of it has them.
     let mut robots = vec![NeighborRef::default(); MAX_ROBOTS];

@@ -1,12 +1,13 @@
 //! Smoothness of a drive: log dimensionless jerk, in one pass and without a memory of the drive.
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 /// Velocities are resampled at this rate, so that runs with different ticks compare.
 const SAMPLE_HZ: f64 = 20.0;
 
 /// The sums behind -ln(T³ / v_peak² ∫ |jerk|² dt), where jerk is the second difference of the velocity.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Smoothness {
     ticks: u64,
     /// Velocity at the last tick, m/s.

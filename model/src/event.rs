@@ -209,6 +209,13 @@ events! {
         /// For so long, ms.
         lost_ms: u64,
     } = "gap";
+    /// The world's process ended, and another one went on from its last state.
+    WorldRestarted {
+        /// This many ticks were simulated after that state, and are lost.
+        ticks: u64,
+        /// No tick was open for so long, ms.
+        away_ms: u64,
+    } = "world-restarted";
     /// The world did not do what it was asked to.
     Ignored {
         /// What it was asked for.
@@ -285,6 +292,9 @@ impl EventKind {
                 format!("delay {delay_ticks} ticks, drop {drop}, noise {noise_m} m")
             }
             EventKind::Gap { lost_ms } => format!("{lost_ms} ms"),
+            EventKind::WorldRestarted { ticks, away_ms } => {
+                format!("{ticks} ticks are lost, and no tick was open for {away_ms} ms")
+            }
             EventKind::Ignored { order, why } => format!("{order}: {why}"),
             EventKind::GaveUp => "its method found no way".to_owned(),
             EventKind::BadCommand { drive, body } => format!("{drive:?} for a {}", body.word()),

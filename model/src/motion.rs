@@ -6,12 +6,14 @@ use crate::scenario::{AtEnd, Bounds, Motion};
 use nalgebra::{Point2, Vector2};
 
 /// A point in motion.
+#[derive(Clone)]
 pub struct Mover {
     /// Where the point is in the scenario.
     start: Point2<f64>,
     course: Course,
 }
 
+#[derive(Clone)]
 enum Course {
     Orbit { center: Point2<f64>, radius_m: f64, omega_radps: f64, phase_rad: f64 },
     Bounce { velocity: Vector2<f64>, within: Bounds },
@@ -20,6 +22,7 @@ enum Course {
 }
 
 /// A random walk is a bounce whose velocity is drawn anew at every turn.
+#[derive(Clone)]
 struct Walk {
     stream: Stream,
     speed_mps: f64,
@@ -30,6 +33,7 @@ struct Walk {
     velocity: Vector2<f64>,
 }
 
+#[derive(Clone)]
 struct Waypoints {
     points: Vec<Point2<f64>>,
     speed_mps: f64,

@@ -4,6 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 
 /// A stream of random numbers.
+#[derive(Clone)]
 pub struct Stream(ChaCha8Rng);
 
 impl Stream {

@@ -53,6 +53,9 @@ pub enum Order {
         /// Why.
         cause: Absence,
     },
+    /// A daemon wants to know how everything stands: it is new, or the world is. The answer is a
+    /// [`Notice::Standings`](crate::world_to_daemon::Notice::Standings) with this number.
+    Resync(u32),
     /// The run ends after the present tick.
     Stop,
 }
@@ -83,7 +86,7 @@ impl Order {
             Order::Task { id, .. } => Some(Ticket::Task(*id)),
             Order::Fault { id, .. } => Some(Ticket::Fault(*id)),
             Order::Cancel { id, .. } => Some(Ticket::Cancel(*id)),
-            Order::Remove { .. } | Order::Absent { .. } | Order::Stop => None,
+            Order::Remove { .. } | Order::Absent { .. } | Order::Resync(_) | Order::Stop => None,
         }
     }
 }

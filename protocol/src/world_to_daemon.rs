@@ -1,7 +1,7 @@
 //! What the world tells the daemon: whom it expects, what happened, and in the end the outcome.
 
 use crate::daemon_to_world::Ticket;
-use model::{Event, Outcome, RobotInstance, TaskId, TaskStep};
+use model::{Event, Outcome, RobotIndex, RobotInstance, TaskId, TaskStep};
 use serde::{Deserialize, Serialize};
 
 /// Something that the daemon acts on while the run goes on.
@@ -55,8 +55,46 @@ pub enum Notice {
         /// What became of it.
         step: TaskStep,
     },
+    /// How everything stands: the answer to [`Order::Resync`](crate::daemon_to_world::Order::Resync), in one piece.
+    Standings(Standings),
     /// An entry for the log of the run.
     Log(Event),
+}
+
+/// How everything stands.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Standings {
+    /// The number of the order that asked.
+    pub number: u32,
+    /// The robots, in their order: the incarnation that is in the world, or the next one, and where it is in its life.
+    pub robots: Vec<(RobotInstance, Standing)>,
+    /// The tasks of operators that robots have: which robot, and whether it heads for it now.
+    pub tasks: Vec<(TaskId, RobotIndex, bool)>,
+    /// The newest tasks of operators at their end, and how they ended.
+    pub ended: Vec<(TaskId, TaskStep)>,
+}
+
+/// Where a robot is in its life, as far as its process is concerned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Standing {
+    /// It enters, or comes back, with a process that the daemon has been told to start (or not yet).
+    Awaited {
+        /// The daemon has been told.
+        told: bool,
+    },
+    /// It takes part.
+    Present,
+    /// Its process is to be stopped, or to go on.
+    Paused {
+        /// It is to go on.
+        goes_on: bool,
+    },
+    /// It does not answer.
+    Held,
+    /// It will not come back.
+    Dead,
+    /// It has left.
+    Left,
 }
 
 /// What the world leaves when its process ends.

@@ -191,7 +191,10 @@ fn scheduling_of(facts: &RunFacts) -> Option<SchedulingReport> {
 
 /// How often time stood still, and for how long in all, ms.
 fn gaps_of(facts: &RunFacts) -> (u64, u64) {
-    let gap = |event: &Event| if let EventKind::Gap { lost_ms } = event.kind { Some(lost_ms) } else { None };
+    let gap = |event: &Event| match event.kind {
+        EventKind::Gap { lost_ms: ms } | EventKind::WorldRestarted { away_ms: ms, .. } => Some(ms),
+        _ => None,
+    };
     let gaps = facts.outcome.events.iter().filter_map(gap);
     (gaps.clone().count() as u64, gaps.sum())
 }

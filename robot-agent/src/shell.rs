@@ -6,8 +6,8 @@
 use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Duty, Time, duty, planner_of};
 use bus::blame::{Period, Watch};
 use bus::{
-    Address, BusError, Counter, Gate, Node, Poses, RobotReader, RobotWriter, Sizes, StatsWriter, Strips, TickWait,
-    WorldReader, clock, gate,
+    Address, BusError, Counter, Gate, Lease, Node, Poses, RobotReader, RobotWriter, Sizes, StatsWriter, Strips,
+    TickWait, WorldReader, clock, gate, helm,
 };
 use model::{Metric, Mode, RobotIndex, RobotInstance};
 use planners::{Plan, PlanInput, Planner};
@@ -24,6 +24,8 @@ use std::time::Duration;
 const PATIENCE: Duration = Duration::from_millis(500);
 /// In `realtime`, boards are opened for this part of a period, and at least one: an open costs a hundred microseconds.
 const OPENING_SHARE: u64 = 8;
+/// How often a robot that hears nothing of a world looks whether its fleet is still looked after, ns.
+const ORPHAN_LOOK_NS: u64 = 1_000_000_000;
 /// Boards of robots that went out of range are kept open until there are this many of them: ranges are crossed back
 /// and forth, and an open costs a hundred microseconds.
 const SPARE_BOARDS: usize = 16;
@@ -115,8 +117,11 @@ pub fn main(args: &Args) -> Result<(), ShellError> {
 /// See [`ShellError`].
 pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut Adjust<'_>) -> Result<(), ShellError> {
     bus::process::leave_ending_to_daemon();
-    bus::process::die_with_ancestor(args.parent)?;
     let address = Address::at(&args.root)?;
+    let left_running = helm::is_left_running(&address);
+    if !left_running {
+        bus::process::die_with_ancestor(args.parent)?;
+    }
     // Early: behind a wrapper this is how the daemon finds the process that it has to stop or to kill.
     let gate = Gate::open(&address)?;
     gate.announce_process(args.instance);
@@ -132,7 +137,8 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut Adjust<'_>) -> Resul
         let spec = agent.spec();
         let sizes = Sizes { max_robots: spec.max_robots, shape_pieces: spec.shape_pieces };
         let poses = if spec.clock.mode == Mode::Realtime { Poses::Newest } else { Poses::LastTwo };
-        Ports::open(&address, gate, args.instance, sizes, poses)?
+        let custody = left_running.then(|| Custody::of(&address));
+        Ports::open(&address, gate, args.instance, sizes, poses, custody)?
     };
     ports.gate.announce_ready(args.instance);
     let ended = match agent.spec().clock.mode {
@@ -163,9 +169,11 @@ fn lockstep(
     loop {
         let (tick, opened_ns) = match ports.gate.wait_tick(last, PATIENCE) {
             TickWait::Open { tick, stamp_ns } => (tick, stamp_ns),
+            TickWait::TimedOut if ports.is_orphaned(clock::now_ns()) => return Ok(()),
             TickWait::TimedOut => continue,
             TickWait::Stopped => return Ok(()),
         };
+        ports.follow_world()?;
         let measured = gate::is_measured(tick);
         let woken_ns = if measured { clock::now_ns() } else { opened_ns };
         last = Some(tick);
@@ -202,7 +210,7 @@ fn realtime(
     let odometry_age_ns_max = (agent.spec().command_timeout_s * 1e9) as u64;
     clock::set_timer_slack_1ns();
     while !ports.gate.wait_meeting(PATIENCE) {
-        if ports.gate.stopped() {
+        if ports.gate.stopped() || ports.is_orphaned(clock::now_ns()) {
             return Ok(());
         }
     }
@@ -213,7 +221,7 @@ fn realtime(
     }
     bus::process::give_back_stack();
     let start_ns = loop {
-        if ports.gate.stopped() {
+        if ports.gate.stopped() || ports.is_orphaned(clock::now_ns()) {
             return Ok(());
         }
         if let Some(start_ns) = ports.gate.wait_start(PATIENCE) {
@@ -240,6 +248,7 @@ fn realtime(
         if ports.gate.stopped() {
             return Ok(());
         }
+        ports.follow_world()?;
         let odometry = ports.world.odometry();
         let mut work_ns = 0;
         // From odometry that is too old for its commands to act there is no command: nobody drives blind. The periods
@@ -259,6 +268,8 @@ fn realtime(
                 ports.gate.note_alive(instance);
             }
             Duty::ShowLife => ports.gate.note_alive(instance),
+            // Nothing is heard of a world.
+            Duty::Wait if !is_fresh && ports.is_orphaned(woken_ns) => return Ok(()),
             Duty::Wait => {}
             Duty::Leave => return Ok(()),
         }
@@ -322,6 +333,10 @@ fn record_ages(agent: &Agent, ports: &mut Ports, used_ns: u64) {
 struct Ports {
     gate: Gate,
     world: WorldReader,
+    /// Whose board that is.
+    world_incarnation: u32,
+    /// In a fleet that is left running, whether somebody looks after it.
+    custody: Option<Custody>,
     robot: RobotWriter,
     stats: StatsWriter,
     /// The robots in range, as the world last listed them.
@@ -335,6 +350,7 @@ struct Ports {
     /// Indices of what is in sight, and the pieces themselves.
     in_sight: Vec<u16>,
     pieces: Vec<Piece>,
+    instance: RobotInstance,
     node: Node,
 }
 
@@ -345,11 +361,16 @@ impl Ports {
         instance: RobotInstance,
         sizes: Sizes,
         poses: Poses,
+        custody: Option<Custody>,
     ) -> Result<Ports, BusError> {
         let node = Node::new(address, &format!("agent-{}-{}", instance.index, instance.incarnation))?;
+        let world_incarnation = gate.world_incarnation();
         Ok(Ports {
             gate,
-            world: WorldReader::open(&node, instance.index)?,
+            world: WorldReader::open(&node, instance.index, world_incarnation)?,
+            world_incarnation,
+            custody,
+            instance,
             robot: RobotWriter::create(&node, instance, sizes, poses)?,
             stats: StatsWriter::create(
                 address,
@@ -365,6 +386,25 @@ impl Ports {
             pieces: Vec::new(),
             node,
         })
+    }
+
+    /// Reads the board of the world's present process: of one that was replaced, nothing new will come.
+    fn follow_world(&mut self) -> Result<(), BusError> {
+        let incarnation = self.gate.world_incarnation();
+        if incarnation != self.world_incarnation {
+            match WorldReader::open(&self.node, self.instance.index, incarnation) {
+                Ok(world) => (self.world, self.world_incarnation) = (world, incarnation),
+                // It has been replaced again.
+                Err(error) if error.is_missing() => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether this is a process of a fleet that nobody looks after any more, and that will be cleared away.
+    fn is_orphaned(&mut self, now_ns: u64) -> bool {
+        self.custody.as_mut().is_some_and(|custody| custody.is_lost(now_ns))
     }
 
     /// Reads the poses of the robots in range, each from its own board: the newest before a tick, for which boards are
@@ -458,6 +498,28 @@ impl Ports {
         for index in &self.in_sight {
             self.pieces.push(self.world.piece(*index));
         }
+    }
+}
+
+/// A fleet that is left running does not end with its daemon. If its world and its guardian end as well, its robots go.
+struct Custody {
+    address: Address,
+    looked_ns: u64,
+}
+
+impl Custody {
+    fn of(address: &Address) -> Custody {
+        Custody { address: address.clone(), looked_ns: clock::now_ns() }
+    }
+
+    /// Looks now and then; whether nobody holds the lease of the fleet.
+    fn is_lost(&mut self, now_ns: u64) -> bool {
+        if now_ns.saturating_sub(self.looked_ns) < ORPHAN_LOOK_NS {
+            return false;
+        }
+        self.looked_ns = now_ns;
+        // A fleet that is not there is gone.
+        Lease::is_abandoned(&self.address).unwrap_or(false) || !self.address.root().exists()
     }
 }
 

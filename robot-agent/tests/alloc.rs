@@ -55,7 +55,7 @@ fn check(planner: &str) {
     let node = Node::new(&address, "test").unwrap();
     let _services = Services::create(&node, sizes).unwrap();
     let gate = Gate::create(&address, 64).unwrap();
-    let mut world = WorldWriter::open(&node, sizes).unwrap();
+    let mut world = WorldWriter::open(&node, sizes, 0).unwrap();
     let spec = codec::encode(&AgentSpec::new(&scenario, &scenario.robots[0], instance(0))).unwrap();
     #[expect(clippy::disallowed_methods, reason = "the daemon would leave the spec there")]
     std::fs::write(address.file(&shell::spec_file(instance(0))), spec).unwrap();

@@ -182,7 +182,7 @@ fn sleeps(pid: u32) -> u64 {
 fn observe(fleet: &mut Fleet, ticks: u64) {
     let (address, id) = (fleet.address(), fleet.id());
     let node = Node::new(&address, "test").unwrap();
-    let mut frames = FrameSubscriber::open(&node).unwrap();
+    let mut frames = FrameSubscriber::open(&node, 0).unwrap();
     let (gate, mut seen) = (fleet.gate(), 0);
     let until = gate.progress().tick + ticks;
     while gate.progress().tick < until {

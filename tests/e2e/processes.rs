@@ -43,7 +43,7 @@ fn a_fleet_drives_on_while_its_daemon_is_stopped() {
     fleet.wait_tick(1);
     stop(daemon);
     let node = Node::new(&fleet.address(), "test").unwrap();
-    let observer = WorldObserver::open(&node).unwrap();
+    let observer = WorldObserver::open(&node, 0).unwrap();
     let places = || (0..3).map(|slot| observer.odometry(RobotIndex(slot)).x_m).collect::<Vec<_>>();
     let before = places();
     wait_for("every robot to drive on", || places().iter().zip(&before).all(|(x, x0)| *x > x0 + 0.5).then_some(()));

@@ -82,7 +82,7 @@ fn the_report_of_realtime_is_what_an_observer_saw() {
     {
         let node = Node::new(&address, "test").expect("an observer may join");
         // The services are made before the first process is started, but by another process: a moment may be missing.
-        let mut subscriber = wait_for("the frames", || FrameSubscriber::open(&node).ok());
+        let mut subscriber = wait_for("the frames", || FrameSubscriber::open(&node, 0).ok());
         wait_for("the end", || {
             let runs = daemon.runs();
             while let Ok(Some((header, bodies))) = subscriber.take() {

@@ -3,9 +3,10 @@
 
 use model::{Fault, Radio};
 use protocol::world_to_robot::Impairment;
+use serde::{Deserialize, Serialize};
 
 /// The faults of one robot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Faults {
     /// Its radio, as the scenario and its timeline have it.
     pub(crate) radio: Radio,

@@ -1,18 +1,23 @@
 //! The log of a run, and what the daemon is told while it goes on.
 
-use model::{Event, EventKind, GoalSource, RobotIndex, TaskStep};
+use model::{Event, EventKind, GoalSource, RobotIndex, TaskId, TaskStep};
 use protocol::world_to_daemon::Notice;
+use std::collections::VecDeque;
 
 /// Entries that the log holds; what comes later is only counted.
 pub(crate) const EVENTS_MAX: usize = 10_000;
 /// Entries beyond those that the log holds if they spoil the verdict: a log full of contacts must not hide them.
 const IMPAIRMENTS_MAX: usize = 1024;
+/// The newest tasks at their end that a daemon can be told of again.
+const ENDED_MAX: usize = 512;
 
 /// The log and the notices that nobody has taken yet.
 #[derive(Default)]
 pub(crate) struct Journal {
     pub(crate) events: Vec<Event>,
     pub(crate) events_lost: u64,
+    /// The newest tasks of operators that are at their end, and how they ended, the oldest first.
+    pub(crate) ended: VecDeque<(TaskId, TaskStep)>,
     notices: Vec<Notice>,
 }
 
@@ -33,6 +38,12 @@ impl Journal {
     pub(crate) fn task_step(&mut self, source: GoalSource, step: TaskStep) {
         if let GoalSource::Operator(id) = source {
             self.tell(Notice::Task { id, step });
+            if step != TaskStep::Active {
+                if self.ended.len() == ENDED_MAX {
+                    self.ended.pop_front();
+                }
+                self.ended.push_back((id, step));
+            }
         }
     }
 

@@ -3,9 +3,10 @@
 use geometry::{towards, wrap};
 use model::{BodyKind, Drive, Limits, Wheels};
 use nalgebra::{Point2, Vector2};
+use serde::{Deserialize, Serialize};
 
 /// Where a body is and how it moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Pose {
     /// m.
     pub(crate) position: Point2<f64>,

@@ -17,13 +17,14 @@
 //! attendance  which processes answer      pace        when periods begin
 //! shell       the process                 recorder    everything into a file
 //! touch       where bodies touched first
-//! outcome_file  what the process leaves
+//! outcome_file  what the process leaves   checkpoints  what another one can go on from
 //! whole_file  a file, whole or not at all
 //! ```
 
 mod arm;
 pub mod attendance;
 mod body;
+mod checkpoints;
 mod contact;
 mod faults;
 mod grid;
@@ -46,4 +47,4 @@ pub mod whole_file;
 mod world;
 
 pub use presence::State as RobotState;
-pub use world::{NOT_ITS_TASK, Opening, ROBOT_GONE, TOO_MANY_GOALS, World};
+pub use world::{Checkpoint, CheckpointError, NOT_ITS_TASK, Opening, ROBOT_GONE, TOO_MANY_GOALS, World};

@@ -15,11 +15,12 @@
 use crate::journal::Journal;
 use model::{EventKind, FaultSource, Gone, Restart, RobotIndex, RobotInstance, Silence, StragglerPolicy};
 use protocol::daemon_to_world::Absence;
-use protocol::world_to_daemon::Notice;
+use protocol::world_to_daemon::{Notice, Standing};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Where a robot is in its life. Ticks are the first of the state that they lead to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum State {
     /// No robot has this index.
     Vacant,
@@ -72,7 +73,7 @@ impl fmt::Display for State {
 }
 
 /// The life of one robot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Presence {
     index: RobotIndex,
     pub(crate) state: State,
@@ -326,6 +327,19 @@ impl Presence {
             Some(_) => State::Dead { returns: Some(at) },
             None => State::Awaited { at: at.max(before.unwrap_or(0)) },
         };
+    }
+
+    /// What a daemon has to know that is new; `None` for a slot without a robot.
+    pub(crate) fn standing(&self) -> Option<Standing> {
+        Some(match self.state {
+            State::Vacant => return None,
+            State::Awaited { .. } | State::Dead { returns: Some(_) } => Standing::Awaited { told: self.told },
+            State::Present { .. } => Standing::Present,
+            State::Paused { .. } => Standing::Paused { goes_on: self.told },
+            State::Held { .. } => Standing::Held,
+            State::Dead { returns: None } | State::Dropped => Standing::Dead,
+            State::Left => Standing::Left,
+        })
     }
 
     /// Whether the present life has a process, or one on its way.

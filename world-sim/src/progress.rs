@@ -16,6 +16,7 @@
 
 use model::Stall;
 use nalgebra::{Point2, Vector2};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// The window for robots that stand, s.
@@ -30,7 +31,7 @@ const STEP_S: f64 = 0.25;
 const SHARE: f64 = 0.05;
 
 /// Where a robot was and what it had done at one tick.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Mark {
     tick: u64,
     position: Point2<f64>,
@@ -49,6 +50,7 @@ pub(crate) struct Scale {
 }
 
 /// The last [`DRIVING_S`] of a robot, some marks a second.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Trail {
     dt_s: f64,
     every_ticks: u64,

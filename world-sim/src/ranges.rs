@@ -87,6 +87,16 @@ impl Ranges {
         self.sensed.now.get(slot).map_or(&[], |list| list)
     }
 
+    /// Whom each slot hears: what a robot hears now decides whether it still hears it in the hysteresis.
+    pub(crate) fn all_heard(&self) -> &[Vec<NeighborRef>] {
+        &self.heard.now
+    }
+
+    /// Goes on from these lists.
+    pub(crate) fn resume(&mut self, heard: Vec<Vec<NeighborRef>>) {
+        self.heard.now = heard;
+    }
+
     /// Whether anybody sees the body of this slot, the links of an arm apart.
     pub(crate) fn is_shown(&self, slot: usize) -> bool {
         self.shown.get(slot).is_some_and(|shown| *shown)

@@ -4,11 +4,12 @@ use crate::journal::Journal;
 use crate::progress::{Scale, Trail};
 use geometry::Smoothness;
 use model::random::Stream;
-use model::{EventKind, GoalSource, MAX_GOALS, Mover, Robot, RobotIndex, Stall, Task, TaskEnd, TaskStep};
+use model::{EventKind, GoalSource, MAX_GOALS, Mover, Robot, RobotIndex, Stall, Task, TaskEnd, TaskId, TaskStep};
 use nalgebra::{Point2, Vector2};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Goal {
     at: Point2<f64>,
     /// The heading to have there, rad; `None` is any.
@@ -33,7 +34,7 @@ impl Goal {
 }
 
 /// At the last goal. A robot that gets out of its tolerance again is not there any more.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Arrival {
     pub(crate) tick: u64,
     /// Driven until then, m.
@@ -44,6 +45,7 @@ pub(crate) struct Arrival {
 }
 
 /// What one robot has to do, and how it does.
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Referee {
     index: RobotIndex,
     tolerance_m: f64,
@@ -57,6 +59,7 @@ pub(crate) struct Referee {
     dt_s: f64,
     current: Goal,
     waiting: VecDeque<Goal>,
+    #[serde(skip)]
     mover: Option<Mover>,
     /// It is at its last goal: since when. A task takes that back, and so does leaving the tolerance.
     pub(crate) arrival: Option<Arrival>,
@@ -233,6 +236,25 @@ impl Referee {
         let deadlines = self.waiting.iter().chain(current).map(|goal| goal.deadline);
         self.deadline = deadlines.min().unwrap_or(u64::MAX);
         dropped
+    }
+
+    /// The tasks of operators that it has: the number of each, and whether the robot heads for it now.
+    pub(crate) fn tasks(&self) -> impl Iterator<Item = (TaskId, bool)> {
+        let current = Some((&self.current, true)).filter(|_| !self.counted);
+        let goals = current.into_iter().chain(self.waiting.iter().map(|goal| (goal, false)));
+        goals.filter_map(|(goal, active)| match goal.source {
+            GoalSource::Operator(id) => Some((id, active)),
+            GoalSource::Scenario | GoalSource::Timeline => None,
+        })
+    }
+
+    /// After it has been read from a checkpoint: what is not kept there follows from the scenario.
+    pub(crate) fn resume(&mut self, robot: &Robot, seed: u64) {
+        if self.current.moves || self.waiting.iter().any(|goal| goal.moves) {
+            self.mover = Referee::new(self.index.at(), robot, seed, self.dt_s).mover;
+        }
+        let room = MAX_GOALS + self.round.len();
+        self.waiting.reserve(room.saturating_sub(self.waiting.len()));
     }
 
     /// The first deadline of its tasks, as a tick; one that is done may be among them.

@@ -1,15 +1,16 @@
 //! The process around the world: shared memory, time, and the end of it. No decision about robots is taken here;
 //! the shell only finds out who answered.
 
-use crate::World;
 use crate::attendance::{self, Attendance, PATIENCE, Seen};
+use crate::checkpoints::{self, Checkpoints};
 use crate::outcome_file::OutcomeFile;
 use crate::pace::Pace;
 use crate::recorder::Recorder;
+use crate::{CheckpointError, Opening, World};
 use bus::blame::{Period, Watch};
 use bus::{
-    Address, BusError, FramePublisher, Gate, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
-    StatsWriter, Strips, WorldWriter, clock, gate,
+    Address, BusError, FramePublisher, Gate, Lease, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
+    StatsWriter, Strips, WorldWriter, clock, gate, helm,
 };
 use model::{Drive, Metric, Mode, RobotIndex, RobotInstance, Scenario};
 use protocol::codec::{self, CodecError};
@@ -47,26 +48,56 @@ pub enum ShellError {
     /// A file of the run is damaged.
     #[error("run file: {0}")]
     Codec(#[from] CodecError),
+    /// The world before this one left nothing to go on from.
+    #[error("checkpoint: there is none that is whole")]
+    NoCheckpoint,
+    /// What the world before this one left does not fit.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// The state of the world cannot be left for another one to go on from.
+    #[error("checkpoint: cannot write: {0}")]
+    CannotLeave(#[source] std::io::Error),
 }
 
-/// Runs the world of the fleet at `root` until its scenario ends or the daemon stops it.
+/// Runs the world of the fleet at `root` until its scenario ends or the daemon stops it. An `incarnation` above 0 goes on
+/// from the last state of the one before. The world of a fleet that is left running outlives the daemon that started it.
 ///
 /// # Errors
 /// See [`ShellError`].
-pub fn main(root: &Path, parent: u32) -> Result<(), ShellError> {
+pub fn main(root: &Path, parent: u32, incarnation: u32) -> Result<(), ShellError> {
     bus::process::leave_ending_to_daemon();
-    if !bus::process::die_with_parent(parent) {
+    let address = Address::at(root)?;
+    let left_running = helm::is_left_running(&address);
+    if !left_running && !bus::process::die_with_parent(parent) {
         return Ok(());
     }
-    let address = Address::at(root)?;
+    // While the world lives, nobody takes the fleet for abandoned.
+    let _lease = match left_running {
+        true => {
+            helm::sign_world(&address)?;
+            Some(Lease::take(&address)?)
+        }
+        false => None,
+    };
     let path = address.file(SCENARIO_FILE);
     #[expect(clippy::disallowed_methods, reason = "the shell reads its scenario once, before the loop")]
     let bytes = std::fs::read(&path).map_err(|error| ShellError::File(path, error))?;
     let scenario: Scenario = codec::decode(&bytes)?;
 
     let left = OutcomeFile::open(&address).map_err(ShellError::Outcome)?;
-    let mut shell = Shell::open(&address, &scenario)?;
+    let world = match incarnation {
+        0 => World::new(&scenario),
+        _ => {
+            let (newest, events) = checkpoints::newest(&address).ok_or(ShellError::NoCheckpoint)?;
+            World::resume(&scenario, newest, events)?
+        }
+    };
+    let mut shell = Shell::open(&address, &scenario, world, incarnation)?;
     shell.recorder = recorder(&address, &scenario)?;
+    if left_running && scenario.clock.mode == Mode::Realtime {
+        let files = Checkpoints::open(&address, scenario.fleet.max_robots, shell.world.events());
+        shell.checkpoints = Some(files.map_err(ShellError::CannotLeave)?);
+    }
     match scenario.clock.mode {
         Mode::Realtime => shell.realtime(),
         Mode::Lockstep | Mode::Single => shell.lockstep(),
@@ -97,6 +128,12 @@ struct Shell {
     commands: Vec<Option<Drive>>,
     bodies: Vec<FrameBody>,
     recorder: Option<Recorder>,
+    /// Where its state goes, if another world may go on from it.
+    checkpoints: Option<Checkpoints>,
+    /// How often the world's process was replaced.
+    incarnation: u32,
+    /// Nothing has been written to the board.
+    blank: bool,
     attendance: Attendance,
     straggler_limit: Duration,
     /// Participants that have not answered the open tick.
@@ -106,20 +143,20 @@ struct Shell {
 }
 
 impl Shell {
-    fn open(address: &Address, scenario: &Scenario) -> Result<Shell, BusError> {
+    fn open(address: &Address, scenario: &Scenario, world: World, incarnation: u32) -> Result<Shell, BusError> {
         let node = Node::new(address, "world")?;
         let sizes = Sizes { max_robots: scenario.fleet.max_robots as u32, shape_pieces: scenario.shape_pieces() };
         let slots = scenario.fleet.max_robots;
         let straggler_limit = Duration::from_secs_f64(scenario.fleet.straggler_limit_s);
         let command_timeout_ns = (scenario.fleet.command_timeout_s * 1e9) as u64;
         let mut shell = Shell {
-            world: World::new(scenario),
+            world,
             period_ns: (1e9 / scenario.clock.tick_hz).round() as u64,
             gate: Gate::open(address)?,
-            board: WorldWriter::open(&node, sizes)?,
+            board: WorldWriter::open(&node, sizes, incarnation)?,
             orders: OrderReceiver::open(&node)?,
             notices: NoticeSender::open(&node)?,
-            frames: FramePublisher::open(&node, sizes.frame_bodies_max())?,
+            frames: FramePublisher::open(&node, sizes.frame_bodies_max(), incarnation)?,
             stats: StatsWriter::create(
                 address,
                 bus::stats::WORLD,
@@ -130,6 +167,9 @@ impl Shell {
             commands: vec![None; slots],
             bodies: Vec::new(),
             recorder: None,
+            checkpoints: None,
+            incarnation,
+            blank: incarnation > 0,
             attendance: Attendance::new(slots, straggler_limit, command_timeout_ns),
             straggler_limit,
             missing: Vec::with_capacity(slots),
@@ -172,13 +212,19 @@ impl Shell {
     /// `realtime`: at every period take the newest commands, integrate, publish. Nobody is waited for.
     fn realtime(&mut self) {
         clock::set_timer_slack_1ns();
-        self.send_notices();
-        self.await_due();
-        self.meet();
-        let start_ns = clock::now_ns() + RUN_UP_NS;
+        let start_ns = match self.gate.start_ns() {
+            None => {
+                self.send_notices();
+                self.await_due();
+                self.meet();
+                let start_ns = clock::now_ns() + RUN_UP_NS;
+                self.gate.set_start(start_ns);
+                start_ns
+            }
+            Some(first_ns) => self.go_on(first_ns),
+        };
         let mut pace = Pace::new(start_ns, self.period_ns, self.command_timeout_ns);
         self.attendance.begin(start_ns);
-        self.gate.set_start(start_ns);
         let mut watch = Watch::of_world();
         clock::sleep_until_ns(start_ns);
         let mut woken = None;
@@ -209,6 +255,31 @@ impl Shell {
             }
             self.close_tick(now_ns);
             self.take_orders();
+            self.leave_checkpoint();
+        }
+    }
+
+    /// This world takes the place of one that ended, in the phase of the agents' timers. When the first period begins.
+    fn go_on(&mut self, first_ns: u64) -> u64 {
+        let (before, now_ns) = (self.gate.progress(), clock::now_ns());
+        let away_ms = now_ns.saturating_sub(before.stamp_ns) / 1_000_000;
+        self.world.went_on(before.tick.saturating_sub(self.world.tick()), away_ms);
+        first_ns + (now_ns.saturating_sub(first_ns) / self.period_ns + 1) * self.period_ns
+    }
+
+    /// Leaves the state of the world for another one to go on from. What the daemon is to know of it is on its way before:
+    /// else another world would not say it.
+    fn leave_checkpoint(&mut self) {
+        if self.checkpoints.is_none() {
+            return;
+        }
+        self.send_notices();
+        if let Some(checkpoints) = &mut self.checkpoints
+            && let Err(error) = checkpoints.leave(&self.world, &mut clock::now_ns)
+        {
+            // The fleet goes on. The daemon hands this to the log.
+            eprintln!("world: its state cannot be kept: {error}; if it dies, it can only go on from an older one");
+            self.checkpoints = None;
         }
     }
 
@@ -222,7 +293,13 @@ impl Shell {
         self.world.open(&mut |instance| gate.is_ready(instance) && !attendance.is_silent(instance));
         let stamp_ns = clock::now_ns();
         let (world, board) = (&self.world, &mut self.board);
-        let opening = world.opening();
+        // On a board on which nothing is, everything is new.
+        let all = if std::mem::take(&mut self.blank) { Some((0..world.slots(), 0..world.pieces())) } else { None };
+        let all = all.map(|(slots, pieces)| (slots.collect::<Vec<_>>(), pieces.collect::<Vec<_>>()));
+        let opening = all.as_ref().map_or_else(
+            || world.opening(),
+            |(slots, pieces)| Opening { odometry: slots, neighbors: slots, sensed: slots, pieces, impairments: slots },
+        );
         for index in opening.pieces {
             board.piece(*index as u32, |piece| world.tell_piece(*index, piece));
         }
@@ -240,6 +317,9 @@ impl Shell {
                 world.tell_odometry(*slot, odometry);
                 odometry.stamp_ns = stamp_ns;
             });
+        }
+        if all.is_some() {
+            self.gate.set_world_incarnation(self.incarnation);
         }
         for index in 0..self.world.participants().len() {
             let instance = self.world.participants()[index];

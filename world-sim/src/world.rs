@@ -1,6 +1,7 @@
 //! The tick: what happens in which order. Everything here goes through the slots in their order, so that a run is a
 //! function of its scenario, its orders and its commands.
 
+mod checkpoint;
 mod outcome;
 mod solid;
 mod tasks;
@@ -29,6 +30,7 @@ use protocol::daemon_to_world::{Absence, Order, Ticket};
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::{Impairment, Piece};
 
+pub use checkpoint::{Checkpoint, CheckpointError};
 use solid::Solid;
 pub use tasks::{NOT_ITS_TASK, ROBOT_GONE, TOO_MANY_GOALS};
 
@@ -255,10 +257,15 @@ impl World {
     pub fn open(&mut self, ready: &mut dyn FnMut(RobotInstance) -> bool) -> Opening<'_> {
         assert!(!self.is_open, "a tick is opened once");
         self.is_open = true;
+        // Robots come to be gone, and tasks to have deadlines, by orders and events alone.
+        let is_quiet =
+            self.orders.is_empty() && self.events.get(self.next_event).is_none_or(|next| next.tick > self.tick);
         self.apply_orders();
         self.end_faults();
         self.apply_timeline();
-        self.drop_tasks();
+        if !is_quiet || self.tick >= self.tasks_end {
+            self.drop_tasks();
+        }
         self.enter(ready);
         self.announce();
         self.refresh();
@@ -286,7 +293,9 @@ impl World {
                 }
                 Order::Remove { index } => self.leave(index.at()),
                 Order::Task { id, index, task } => {
-                    let taken = self.task(index, task, GoalSource::Operator(id));
+                    // A daemon that does not know whether the world has it sends it again.
+                    let taken =
+                        if self.knows_task(id) { Ok(()) } else { self.task(index, task, GoalSource::Operator(id)) };
                     self.answer(order.ticket(), taken);
                 }
                 Order::Fault { id: _, index, fault, ticks } => {
@@ -302,6 +311,7 @@ impl World {
                         presence.absent(instance, cause, self.straggler, self.tick, &mut self.journal);
                     }
                 }
+                Order::Resync(number) => self.tell_all(number),
                 Order::Stop => {} // Has taken effect when it was given.
             }
         }
@@ -549,7 +559,12 @@ fn excuses(order: &Order, instance: RobotInstance) -> bool {
         // A process that is stopped may go on; it is waited for until it is overdue.
         Order::Absent { instance: absent, cause } => *absent == instance && *cause != Absence::Stopped,
         Order::Remove { index } | Order::Fault { index, fault: Fault::Kill, .. } => *index == instance.index,
-        Order::Admit { .. } | Order::Task { .. } | Order::Cancel { .. } | Order::Fault { .. } | Order::Stop => false,
+        Order::Admit { .. }
+        | Order::Task { .. }
+        | Order::Cancel { .. }
+        | Order::Fault { .. }
+        | Order::Resync(_)
+        | Order::Stop => false,
     }
 }
 

@@ -42,7 +42,7 @@ fn role_agent() {
     // The first slot whose board does not exist is ours.
     let claim = |instance| Some((instance, RobotWriter::create(&node, instance, SIZES, Poses::LastTwo).ok()?));
     let (instance, mut robot) = (0..3).map(|slot| instance(slot, 0)).find_map(claim).unwrap();
-    let world = WorldReader::open(&node, instance.index).unwrap();
+    let world = WorldReader::open(&node, instance.index, 0).unwrap();
     let mut stats = StatsWriter::create(
         &address,
         &format!("{}-{}", instance.index, instance.incarnation),
@@ -78,7 +78,7 @@ fn a_fleet_of_processes_survives_a_kill() {
     let daemon = Node::new(&home.0, "daemon").unwrap();
     let services = Services::create(&daemon, SIZES).unwrap();
     let gate = Gate::create(&home.0, SIZES.max_robots).unwrap();
-    let mut world = WorldWriter::open(&daemon, SIZES).unwrap();
+    let mut world = WorldWriter::open(&daemon, SIZES, 0).unwrap();
     let mut agents: Vec<_> = (0..3).map(|_| home.spawn("role_agent")).collect();
     // Which process has which instance does not matter.
     let mut alive: Vec<RobotInstance> = (0..3).map(|slot| instance(slot, 0)).collect();
@@ -138,9 +138,9 @@ fn a_fleet_of_processes_survives_a_kill() {
 fn role_idler() {
     let Some(address) = home_of_child() else { return };
     let node = Node::new(&address, "idler").unwrap();
-    let _world = WorldReader::open(&node, RobotIndex(0)).unwrap();
+    let _world = WorldReader::open(&node, RobotIndex(0), 0).unwrap();
     let _robot = RobotWriter::create(&node, instance(5, std::process::id()), SIZES, Poses::Newest).unwrap();
-    let _frames = FrameSubscriber::open(&node).unwrap();
+    let _frames = FrameSubscriber::open(&node, 0).unwrap();
     Gate::open(&address).unwrap().announce_ready(instance(5, 0));
     std::thread::sleep(TIMEOUT);
 }

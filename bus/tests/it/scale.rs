@@ -32,7 +32,7 @@ fn check(max_robots: u32, shape_pieces: u32) {
     lap("services");
     let _gate = Gate::create(&home.0, max_robots).unwrap();
     used("services and gate");
-    let mut world = WorldWriter::open(&daemon, sizes).unwrap();
+    let mut world = WorldWriter::open(&daemon, sizes, 0).unwrap();
     lap("world writer");
 
     let nodes: Vec<Node> = (0..max_robots).map(|_| Node::new(&home.0, "agent").unwrap()).collect();
@@ -42,7 +42,7 @@ fn check(max_robots: u32, shape_pieces: u32) {
     for (slot, node) in nodes.iter().enumerate() {
         let instance = RobotInstance { index: RobotIndex::of(slot), incarnation: 0 };
         robots.push((
-            WorldReader::open(node, instance.index).unwrap(),
+            WorldReader::open(node, instance.index, 0).unwrap(),
             RobotWriter::create(node, instance, sizes, Poses::LastTwo).unwrap(),
         ));
     }
@@ -87,8 +87,8 @@ fn check(max_robots: u32, shape_pieces: u32) {
         assert!(reader.neighbors(&mut Vec::new()) && reader.sensed(&mut Vec::new()));
     }
     lap("robots read all");
-    let mut frames = FramePublisher::open(&daemon, sizes.frame_bodies_max()).unwrap();
-    let mut observers: Vec<_> = (0..8).map(|i| FrameSubscriber::open(&nodes[i % nodes.len()]).unwrap()).collect();
+    let mut frames = FramePublisher::open(&daemon, sizes.frame_bodies_max(), 0).unwrap();
+    let mut observers: Vec<_> = (0..8).map(|i| FrameSubscriber::open(&nodes[i % nodes.len()], 0).unwrap()).collect();
     let bodies = vec![FrameBody::default(); sizes.pieces() as usize];
     for tick in 0..300 {
         assert_eq!(frames.publish(FrameHeader { tick, ..FrameHeader::default() }, &bodies), 8);

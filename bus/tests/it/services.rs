@@ -59,8 +59,8 @@ fn is_readable(source: &impl AsFd) -> bool {
 #[test]
 fn a_robot_sees_what_the_world_writes() {
     let fleet = fleet();
-    let mut world = WorldWriter::open(&fleet.daemon, SIZES).unwrap();
-    let mut robot = WorldReader::open(&fleet.other, RobotIndex(2)).unwrap();
+    let mut world = WorldWriter::open(&fleet.daemon, SIZES, 0).unwrap();
+    let mut robot = WorldReader::open(&fleet.other, RobotIndex(2), 0).unwrap();
     assert_eq!(robot.odometry(), Odometry::default());
     assert_eq!(neighbors_of(&mut robot), Some(vec![]), "the first look");
     assert_eq!(sensed_by(&mut robot), Some(vec![]), "the first look");
@@ -71,7 +71,7 @@ fn a_robot_sees_what_the_world_writes() {
     world.odometry(RobotIndex(2), |told| *told = odometry);
     world.odometry(RobotIndex(1), |told| *told = Odometry { tick: 9, ..odometry });
     assert_eq!(robot.odometry(), odometry);
-    assert_eq!(WorldObserver::open(&fleet.other).unwrap().odometry(RobotIndex(1)).tick, 9);
+    assert_eq!(WorldObserver::open(&fleet.other, 0).unwrap().odometry(RobotIndex(1)).tick, 9);
 
     let neighbors = [NeighborRef { index: 0, incarnation: 2 }, NeighborRef { index: 5, incarnation: 0 }];
     world.neighbors(RobotIndex(2), &neighbors);
@@ -112,10 +112,10 @@ fn a_robot_sees_what_the_world_writes() {
 #[test]
 fn there_is_one_world_and_no_slot_beyond_the_last() {
     let fleet = fleet();
-    let _world = WorldWriter::open(&fleet.daemon, SIZES).unwrap();
-    let error = WorldWriter::open(&fleet.other, SIZES).err().unwrap();
+    let _world = WorldWriter::open(&fleet.daemon, SIZES, 0).unwrap();
+    let error = WorldWriter::open(&fleet.other, SIZES, 0).err().unwrap();
     assert!(error.to_string().starts_with("board `world`"), "{error}");
-    let error = WorldReader::open(&fleet.other, RobotIndex(6)).err().unwrap();
+    let error = WorldReader::open(&fleet.other, RobotIndex(6), 0).err().unwrap();
     assert!(error.is_missing() && error.hint().is_some(), "{error}");
 }
 
@@ -315,12 +315,12 @@ fn a_reply_that_is_too_large_becomes_a_refusal() {
 #[test]
 fn frames_go_to_those_who_watch() {
     let fleet = fleet();
-    let mut world = FramePublisher::open(&fleet.daemon, SIZES.frame_bodies_max()).unwrap();
+    let mut world = FramePublisher::open(&fleet.daemon, SIZES.frame_bodies_max(), 0).unwrap();
     let bodies: Vec<FrameBody> = (0..9).map(|index| FrameBody { index, ..FrameBody::default() }).collect();
     let frame = |tick| FrameHeader { tick, ..FrameHeader::default() };
     assert!(!world.is_watched() && world.publish(frame(1), &bodies) == 0);
 
-    let mut observer = FrameSubscriber::open(&fleet.other).unwrap();
+    let mut observer = FrameSubscriber::open(&fleet.other, 0).unwrap();
     assert!(world.is_watched());
     assert_eq!((world.publish(frame(2), &bodies), world.publish(frame(3), &bodies[..2])), (1, 1));
     assert_eq!(observer.take().unwrap(), Some((frame(2), bodies.clone())));
@@ -328,7 +328,7 @@ fn frames_go_to_those_who_watch() {
     assert_eq!(observer.take().unwrap(), None);
 
     // Who is slow misses the oldest; the world does not wait. All eight places at once, and no frame is refused.
-    let mut others: Vec<_> = (0..7).map(|_| FrameSubscriber::open(&fleet.other).unwrap()).collect();
+    let mut others: Vec<_> = (0..7).map(|_| FrameSubscriber::open(&fleet.other, 0).unwrap()).collect();
     for tick in 4..300 {
         assert_eq!(world.publish(frame(tick), &bodies), 8);
         others[0].take().unwrap();
@@ -338,7 +338,7 @@ fn frames_go_to_those_who_watch() {
             std::iter::from_fn(|| subscriber.take().unwrap()).map(|(header, _)| header.tick).collect();
         assert_eq!(ticks, (236..300).collect::<Vec<_>>());
     }
-    assert!(FrameSubscriber::open(&fleet.other).is_err());
+    assert!(FrameSubscriber::open(&fleet.other, 0).is_err());
     drop((observer, others));
     assert!(!world.is_watched());
 }
@@ -350,7 +350,7 @@ fn fleets_at_once_do_not_meet() {
         .iter()
         .map(|fleet| {
             let robot = RobotWriter::create(&fleet.other, instance(0), SIZES, Poses::LastTwo).unwrap();
-            (OrderSender::open(&fleet.daemon).unwrap(), WorldWriter::open(&fleet.daemon, SIZES).unwrap(), robot)
+            (OrderSender::open(&fleet.daemon).unwrap(), WorldWriter::open(&fleet.daemon, SIZES, 0).unwrap(), robot)
         })
         .collect();
     for (i, (orders, world, robot)) in ends.iter_mut().enumerate() {
@@ -361,7 +361,7 @@ fn fleets_at_once_do_not_meet() {
     for (i, fleet) in fleets.iter().enumerate() {
         let mut orders = OrderReceiver::open(&fleet.other).unwrap();
         assert_eq!((orders.take(), orders.take()), (Some(Order::Remove { index: RobotIndex::of(i) }), None));
-        assert_eq!(WorldReader::open(&fleet.other, RobotIndex(0)).unwrap().odometry().tick, i as u64);
+        assert_eq!(WorldReader::open(&fleet.other, RobotIndex(0), 0).unwrap().odometry().tick, i as u64);
         assert_eq!(RobotReader::open(&fleet.daemon, instance(0)).unwrap().command().tick, i as u64);
     }
     // One ends, and is swept; the others do not notice.
@@ -369,7 +369,7 @@ fn fleets_at_once_do_not_meet() {
     let address = first.daemon.address().clone();
     drop(first);
     assert_eq!(clean::usage(&address), 0);
-    assert!(WorldReader::open(&second.other, RobotIndex(1)).is_ok());
+    assert!(WorldReader::open(&second.other, RobotIndex(1), 0).is_ok());
     assert!(clean::list_fleets().unwrap().iter().any(|entry| &entry.address == second.daemon.address()));
 }
 
@@ -380,8 +380,8 @@ fn everything_that_a_fleet_shares_is_in_one_directory_of_its_owner() {
     use std::os::unix::fs::MetadataExt;
     let fleet = fleet();
     let _robot = RobotWriter::create(&fleet.other, instance(0), SIZES, Poses::LastTwo).unwrap();
-    let mut frames = FramePublisher::open(&fleet.daemon, SIZES.frame_bodies_max()).unwrap();
-    let _observer = FrameSubscriber::open(&fleet.other).unwrap();
+    let mut frames = FramePublisher::open(&fleet.daemon, SIZES.frame_bodies_max(), 0).unwrap();
+    let _observer = FrameSubscriber::open(&fleet.other, 0).unwrap();
     frames.publish(FrameHeader::default(), &[]);
     let id = fleet.daemon.address().id();
     let entries = std::fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap());

@@ -26,6 +26,9 @@ pub struct WorldArgs {
     /// The root of the run.
     #[arg(long)]
     pub root: PathBuf,
+    /// How often the world's process was replaced.
+    #[arg(long, default_value_t = 0)]
+    pub incarnation: u32,
     /// The process that started this one.
     #[arg(long)]
     pub parent: u32,

@@ -27,7 +27,7 @@ pub fn agent(options: &AgentArgs) -> Result<(), Failure> {
 /// # Errors
 /// When its fleet is gone, or its scenario cannot be read.
 pub fn world(options: &WorldArgs) -> Result<(), Failure> {
-    world_sim::shell::main(&options.root, options.parent).map_err(|error| match error {
+    world_sim::shell::main(&options.root, options.parent, options.incarnation).map_err(|error| match error {
         WorldError::Bus(error) => error.into(),
         error => Failure::environment(error.to_string()),
     })

@@ -2,7 +2,7 @@
 
 use super::{UNKNOWN, World};
 use crate::referee::Referee;
-use model::{EventKind, GoalSource, RobotIndex, Task, TaskEnd, TaskId};
+use model::{EventKind, GoalSource, RobotIndex, Task, TaskEnd, TaskId, TaskStep};
 
 /// Why a task is refused: the robot has as many goals as it can keep.
 pub const TOO_MANY_GOALS: &str = "too many goals are waiting";
@@ -23,6 +23,14 @@ impl World {
         result
     }
 
+    /// Whether a robot has this task, or had it a short time ago.
+    pub(super) fn knows_task(&self, id: TaskId) -> bool {
+        let has = |referee: &Referee| referee.tasks().any(|(known, _)| known == id);
+        // One whose robot is gone is for another robot.
+        let ended = |(known, step): &(TaskId, TaskStep)| *known == id && *step != TaskStep::Dropped(TaskEnd::RobotGone);
+        self.referees.iter().flatten().any(has) || self.journal.ended.iter().any(ended)
+    }
+
     fn try_task(&mut self, slot: usize, task: &Task, source: GoalSource) -> Result<(), &'static str> {
         let Some(referee) = self.referees.get_mut(slot).and_then(Option::as_mut) else {
             return Err(UNKNOWN);
@@ -37,7 +45,14 @@ impl World {
             return Err("the deadline is not a time above 0");
         }
         let at = self.bodies[slot].pose.position;
-        if referee.task(task, source, self.tick, at, &mut self.journal) { Ok(()) } else { Err(TOO_MANY_GOALS) }
+        if !referee.task(task, source, self.tick, at, &mut self.journal) {
+            return Err(TOO_MANY_GOALS);
+        }
+        if let GoalSource::Operator(id) = source {
+            // Another robot had it before.
+            self.journal.ended.retain(|(known, _)| *known != id);
+        }
+        Ok(())
     }
 
     pub(super) fn cancel(&mut self, index: RobotIndex, id: TaskId) -> Result<(), &'static str> {

@@ -79,6 +79,11 @@ impl World {
         self.robots.len()
     }
 
+    /// How many pieces there are: of obstacles, and of robots.
+    pub fn pieces(&self) -> usize {
+        self.shapes.len() + self.bodies.len() + self.arms.len()
+    }
+
     /// The robot of a slot, as the scenario or the request that added it describes it.
     pub fn robot(&self, slot: usize) -> Option<&Robot> {
         self.robots.get(slot)?.as_ref()

@@ -181,7 +181,7 @@ impl Driver {
                 Notice::Pause { instance } => ("Pause".to_owned(), *instance),
                 Notice::Resume { instance } => ("Resume".to_owned(), *instance),
                 Notice::Left { instance } => ("Left".to_owned(), *instance),
-                Notice::Answer { .. } | Notice::Task { .. } | Notice::Log(_) => return None,
+                Notice::Answer { .. } | Notice::Task { .. } | Notice::Standings(_) | Notice::Log(_) => return None,
             };
             (instance.index.0 == slot).then(|| format!("{tick}:{name}.{}", instance.incarnation))
         };

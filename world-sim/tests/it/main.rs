@@ -2,6 +2,7 @@
 
 mod arms;
 mod attendance;
+mod checkpoint;
 mod driver;
 mod faults;
 mod physics;

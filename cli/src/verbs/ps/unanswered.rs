@@ -24,7 +24,8 @@ pub(super) fn status(address: &Address) -> Result<Status, Failure> {
         scenario.robots.push(spec.robot);
     }
     let node = Node::new(address, "operator")?;
-    let (gate, observer) = (Gate::open(address)?, WorldObserver::open(&node)?);
+    let gate = Gate::open(address)?;
+    let observer = WorldObserver::open(&node, gate.world_incarnation())?;
     let processes_of_robots = (0..scenario.robots.len()).map(RobotIndex::of).map(|index| match instances.get(&index) {
         None => {
             RobotProcess { instance: RobotInstance { index, incarnation: 0 }, pid: None, state: ProcessState::Awaited }
