@@ -4,6 +4,7 @@
 use crate::address::SHM;
 use crate::clock::{now_ns, sleep_until_ns};
 use crate::{Address, BusError, Lease, Result};
+use model::{RobotIndex, RobotInstance};
 use rustix::io::Errno;
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open, pidfd_send_signal};
 use std::collections::BTreeSet;
@@ -175,6 +176,30 @@ fn open_files(below: &Path) -> BTreeSet<PathBuf> {
     descriptors.filter_map(|(_, path)| std::fs::read_link(path).ok()).filter(|file| file.starts_with(below)).collect()
 }
 
+/// The processes of a fleet that take part in it: agents (an agent behind a wrapper, and the wrapper), each with its robot
+/// instance, and the world, which has none.
+pub fn members(address: &Address) -> Vec<(u32, Option<RobotInstance>)> {
+    let root = address.root().as_os_str().as_encoded_bytes();
+    let read = |pid: u32| std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+    let member = |pid: u32| Some((pid, member_of(&read(pid), root)?));
+    processes_of(address).into_iter().filter_map(member).collect()
+}
+
+/// Which member of the fleet a command line is: that of its world has no instance.
+fn member_of(command_line: &[u8], root: &[u8]) -> Option<Option<RobotInstance>> {
+    let arguments: Vec<&[u8]> = command_line.split(|byte| *byte == 0).collect();
+    if matches!(arguments[..], [b"shoal", b"world", b"--root", at, ..] if at == root) {
+        return Some(None);
+    }
+    let number = |word: &[u8]| std::str::from_utf8(word).ok()?.parse::<u32>().ok();
+    arguments.windows(8).find_map(|window| match window {
+        [b"--root", at, b"--slot", slot, b"--incarnation", incarnation, b"--parent", _] if *at == root => {
+            Some(Some(RobotInstance { index: RobotIndex(number(slot)?), incarnation: number(incarnation)? }))
+        }
+        _ => None,
+    })
+}
+
 /// Kills all processes of this user that were started for this fleet, and waits until they have gone; how many. Not this
 /// process, and none of those that started it. Processes that only name the root, such as an editor that shows a log of the
 /// fleet, are left alone.
@@ -296,5 +321,20 @@ mod tests {
         check("bash -c cd:ROOT;shoal:world:--root:ROOT ", "", false);
         check("shoal world --root ROOT2 --parent 7 ", "SHOAL_FLEET=ROOT2 XSHOAL_FLEET=ROOT SHOAL_FLEETS=ROOT ", false);
         check("", "", false);
+        let member =
+            |arguments: &str| member_of(arguments.replace(' ', "\0").replace("ROOT", ROOT).as_bytes(), ROOT.as_bytes());
+        let instance = RobotInstance { index: RobotIndex(3), incarnation: 2 };
+        assert_eq!(member("shoal world --root ROOT --incarnation 0 --parent 7 "), Some(None));
+        for agent in ["shoal agent", "timeout 9 own", "/bin/sh own -x"] {
+            let line = format!("{agent} --root ROOT --slot 3 --incarnation 2 --parent 7 ");
+            assert_eq!(member(&line), Some(Some(instance)), "{line}");
+        }
+        for other in [
+            "shoal guardian --root ROOT ",
+            "shoal world --root ROOT2 ",
+            "shoal agent --root ROOT --slot x --incarnation 2 --parent 7 ",
+        ] {
+            assert_eq!(member(other), None, "{other}");
+        }
     }
 }

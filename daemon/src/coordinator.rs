@@ -5,6 +5,7 @@
 //! (`operators.rs`).
 
 mod operators;
+mod resync;
 mod tasks;
 
 use model::{
@@ -17,7 +18,7 @@ use protocol::operator_to_daemon::{Reply, TaskRecord};
 use protocol::world_to_daemon::Notice;
 use std::time::Duration;
 use tasks::Tasks;
-pub use tasks::{BATCH_MAX, OPEN_MAX, Place};
+pub use tasks::{BATCH_MAX, OPEN_MAX, Place, Robots};
 
 /// SIGBUS: what writing into a full tmpfs does.
 pub(crate) const SIGBUS: i32 = 7;
@@ -153,6 +154,9 @@ pub struct Coordinator {
     looked_at: Option<Duration>,
     /// Notices of the world that have not come, as far as is known.
     missed: Missed,
+    /// The world has been asked how everything stands.
+    resync: Option<resync::Resync>,
+    resyncs: u32,
 }
 
 /// Notices that found no room, since the start.
@@ -186,6 +190,8 @@ impl Coordinator {
             noise: Noise::default(),
             looked_at: None,
             missed: Missed::default(),
+            resync: None,
+            resyncs: 0,
         }
     }
 
@@ -245,6 +251,7 @@ impl Coordinator {
             Notice::Left { instance } => self.left(instance),
             Notice::Answer { ticket, refused } => self.answered(ticket, refused),
             Notice::Task { id, step } => self.task_step(id, step),
+            Notice::Standings(standings) => self.standings(standings),
             Notice::Log(event) => {
                 if event.kind.name().is_notable(event.tick) {
                     let line = describe(&self.scenario, &event);

@@ -6,16 +6,24 @@
 //! and removes its shared memory. It runs in a process group of its own, so that a Ctrl-C meant for the daemon does
 //! not reach it. It finds the processes by their command lines and by a mark in their environment, not by the number of
 //! a process group, which may be given to others as soon as the group is empty.
+//!
+//! A fleet that is left running goes on without its daemon, and its guardian waits for another daemon, which brings a guardian
+//! of its own. Only where the world has ended as well, and no daemon comes within [`GRACE`], is the fleet ended.
 
 use crate::error::{Error, Kind};
-use bus::{Address, Lease, clean};
+use bus::{Address, Helm, Helmsman, Lease, clean, helm};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
+/// How long a fleet that is left running may be without a daemon and a world.
+const GRACE: Duration = Duration::from_secs(10);
 /// How often it looks at the logs.
 const LOGS_EVERY: Timespec = Timespec { tv_sec: 1, tv_nsec: 0 };
+/// How often it looks for another daemon.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// The daemon's end.
 pub struct Guardian {
@@ -69,6 +77,26 @@ fn wait_for_end(address: &Address) {
     }
 }
 
+/// Waits for another daemon, or for the end of a fleet that is left running: `None`. The daemon's place, if the fleet has
+/// neither a daemon nor a world for too long. Meanwhile logs are kept small.
+fn wait_for_daemon(address: &Address) -> Option<Helm> {
+    let mut alone = Duration::ZERO;
+    while address.root().exists() {
+        if Helmsman::of(address).is_some_and(|daemon| daemon.lives()) {
+            return None;
+        }
+        alone = if helm::living_world(address).is_some() { Duration::ZERO } else { alone + LOOK };
+        if alone > GRACE
+            && let Ok(Some(helm)) = Helm::take(address)
+        {
+            return Some(helm);
+        }
+        crate::logs::trim_all(address.root());
+        bus::clock::sleep_until_ns(bus::clock::now_ns() + LOOK.as_nanos() as u64);
+    }
+    None
+}
+
 /// The guardian's own process: waits for the daemon's end, then cleans if need be.
 ///
 /// # Errors
@@ -79,6 +107,14 @@ pub fn main(root: &Path) -> Result<(), Error> {
     // While the guardian lives nobody else takes the fleet for abandoned.
     let lease = Lease::take(&address)?;
     wait_for_end(&address);
+    // Held until the end: nobody takes over a fleet that is going.
+    let _helm = match helm::is_left_running(&address) {
+        true => match wait_for_daemon(&address) {
+            None => return Ok(()),
+            helm => helm,
+        },
+        false => None,
+    };
     clean::end_processes(&address);
     drop(lease);
     clean::sweep(&address);

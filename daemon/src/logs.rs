@@ -88,6 +88,13 @@ impl Logs {
         Ok(file)
     }
 
+    /// Goes on with the log of a process that a daemon of before has started: from what it prints now.
+    pub(crate) fn take_over(&mut self, name: &str, speaker: String) {
+        let said = std::fs::metadata(self.path(name)).map_or(0, |meta| meta.len());
+        let log = Log { speaker, said, left_out: 0, lines: LINES_BURST, summed_up: Duration::ZERO };
+        self.open.insert(name.to_owned(), log);
+    }
+
     /// What was printed since the last look, for standard error; and memory is given back. Does something ten times a
     /// second at most.
     pub(crate) fn look(&mut self, now: Duration) -> Vec<Spoken> {

@@ -9,9 +9,14 @@ use crate::scheduling::schedule;
 use bus::{Address, Gate};
 use model::{ProcessState, Processes, RobotInstance};
 use report::ProcessFacts;
-use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process, kill_process_group, waitid};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{
+    Pid, PidfdFlags, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process, kill_process_group, pidfd_open,
+    pidfd_send_signal, waitid,
+};
 use std::collections::BTreeMap;
 use std::io;
+use std::os::fd::OwnedFd;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -43,12 +48,22 @@ pub fn state_of(pid: u32) -> ProcessState {
 struct Child {
     who: Who,
     pid: Pid,
+    /// It was started by a daemon of before, so that the kernel does not tell this one what becomes of it.
+    foster: Option<Foster>,
     /// The agent, if that is another process, which this one has started; and when it began.
     wrapped: Option<(Pid, u64)>,
     alive: bool,
     /// What it had used when the first tick began: starting a fleet is not part of the run.
     before: Measured,
     measured: Measured,
+}
+
+/// How a process is watched that is no child of this one.
+struct Foster {
+    /// Names this very process, whatever its number is given to later.
+    process: OwnedFd,
+    /// It was stopped when it was last looked at.
+    halted: bool,
 }
 
 /// The world and the agents of one fleet, dead ones included.
@@ -83,14 +98,14 @@ impl Children {
         }
     }
 
-    /// Starts the world; its process group is the fleet's.
+    /// Starts the world; the process group of the first one is the fleet's.
     ///
     /// # Errors
     /// When no process can be started.
-    pub fn spawn_world(&mut self) -> Result<u32, Error> {
+    pub fn spawn_world(&mut self, incarnation: u32) -> Result<u32, Error> {
         close_on_exec();
         let mut command = shoal("world");
-        command.arg("--root").arg(&self.root);
+        command.arg("--root").arg(&self.root).arg("--incarnation").arg(incarnation.to_string());
         let pid = self.spawn(command, ProcessFacts::WORLD.to_owned(), Who::World).map_err(|error| {
             Error::new(Kind::Process, format!("world-sim: cannot start: {error}"))
                 .hint("is the limit on processes reached? see `shoal doctor`")
@@ -137,13 +152,50 @@ impl Children {
         self.group.get_or_insert(pid);
         self.alive.insert(pid.as_raw_pid(), self.all.len());
         let (before, measured) = (Measured::default(), Measured::default());
-        self.all.push(Child { who, pid, wrapped: None, alive: true, before, measured });
+        self.all.push(Child { who, pid, foster: None, wrapped: None, alive: true, before, measured });
         Ok(id)
+    }
+
+    /// Takes over the processes of a fleet whose daemon has ended: who they are, and the number of each. `speaker` names a
+    /// process for people.
+    pub fn take_over(&mut self, address: &Address, gate: &Gate, speaker: &dyn Fn(Who) -> String) -> Vec<(Who, u32)> {
+        let mut found: BTreeMap<Who, Vec<(u64, u32)>> = BTreeMap::new();
+        for (pid, instance) in bus::clean::members(address) {
+            if let Some(since) = bus::process::start_of(pid) {
+                found.entry(instance.map_or(Who::World, Who::Agent)).or_default().push((since, pid));
+            }
+        }
+        let mut taken = Vec::new();
+        for (who, mut processes) in found {
+            // A wrapper was started before the agent that it has started, and waits for its end.
+            processes.sort_unstable();
+            let Some((id, (pid, foster))) =
+                processes.iter().find_map(|(since, pid)| Some((*pid, (pid_of(*pid)?, Foster::of(*pid, *since)?))))
+            else {
+                continue;
+            };
+            let is_agent = |(_, other): &&(u64, u32)| match who {
+                Who::World => false,
+                Who::Agent(instance) => *other != id && gate.process(instance) == Some(*other),
+            };
+            let wrapped = processes.iter().find(is_agent).and_then(|(since, other)| Some((pid_of(*other)?, *since)));
+            self.alive.insert(pid.as_raw_pid(), self.all.len());
+            let (before, measured) = (Measured::default(), Measured::default());
+            self.all.push(Child { who, pid, foster: Some(foster), wrapped, alive: true, before, measured });
+            self.logs.take_over(&log_of(who), speaker(who));
+            taken.push((who, id));
+        }
+        taken
+    }
+
+    /// Descriptors that are readable when a process ends of which the kernel does not tell.
+    pub fn fosters(&self) -> impl Iterator<Item = &OwnedFd> {
+        self.alive.values().filter_map(|index| self.all[*index].foster.as_ref().map(|foster| &foster.process))
     }
 
     /// What happened to the processes since the last call.
     pub fn changes(&mut self) -> Vec<(Who, Change)> {
-        let mut changes = Vec::new();
+        let mut changes = self.changes_of_fosters();
         let kinds = WaitIdOptions::EXITED | WaitIdOptions::STOPPED | WaitIdOptions::CONTINUED;
         // Mostly nothing has happened to anybody: one look instead of one at each.
         if matches!(waitid(WaitId::All, kinds | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT), Ok(None)) {
@@ -152,6 +204,9 @@ impl Children {
         let alive: Vec<usize> = self.alive.values().copied().collect();
         for index in alive {
             let child = &mut self.all[index];
+            if child.foster.is_some() {
+                continue;
+            }
             // A look without taking: the statistics of a dead process are gone once it is reaped.
             let look = kinds | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
             let Ok(Some(status)) = waitid(WaitId::Pid(child.pid), look) else { continue };
@@ -167,12 +222,33 @@ impl Children {
             } else if status.continued() {
                 changes.push((child.who, Change::Continued));
             }
-            // The world leads the group. As long as it is not reaped, nobody else is given the group's number.
-            if child.alive || child.who != Who::World {
+            // The first world leads the group. As long as it is not reaped, nobody else is given the group's number.
+            if child.alive || Some(child.pid) != self.group {
                 let _ = waitid(WaitId::Pid(child.pid), kinds | WaitIdOptions::NOHANG);
             }
         }
         changes
+    }
+
+    fn changes_of_fosters(&mut self) -> Vec<(Who, Change)> {
+        let mut changes = Vec::new();
+        for index in self.alive.values().copied().collect::<Vec<_>>() {
+            let child = &mut self.all[index];
+            let Some(foster) = &mut child.foster else { continue };
+            if let Some(change) = foster.change(child.pid) {
+                changes.push((child.who, change));
+                if let Change::Ended(_) = change {
+                    child.alive = false;
+                    self.alive.remove(&child.pid.as_raw_pid());
+                }
+            }
+        }
+        changes
+    }
+
+    /// Whether some agents are not shoal's own.
+    pub fn has_guests(&self) -> bool {
+        !self.executables.is_empty()
     }
 
     /// Whether any process is left.
@@ -182,7 +258,7 @@ impl Children {
 
     /// Process of the world.
     pub fn world_pid(&self) -> Option<u32> {
-        self.all.iter().find(|child| child.who == Who::World).map(|child| child.pid.as_raw_pid() as u32)
+        self.all.iter().rfind(|child| child.who == Who::World).map(|child| child.pid.as_raw_pid() as u32)
     }
 
     /// Processes that live; the world's is the first.
@@ -213,7 +289,11 @@ impl Children {
         for index in std::mem::take(&mut self.alive).into_values() {
             let child = &mut self.all[index];
             child.signal(Signal::KILL);
-            if !reap_until(child.pid, until_ns) {
+            let gone = match &child.foster {
+                Some(foster) => foster.ends_until(until_ns),
+                None => reap_until(child.pid, until_ns),
+            };
+            if !gone {
                 alive.push(child.pid.as_raw_pid() as u32);
             }
             child.alive = false;
@@ -311,7 +391,36 @@ impl Child {
             let _ = kill_process(pid, signal);
         }
         // It may have ended this moment: then there is nothing to signal.
-        let _ = kill_process(self.pid, signal);
+        let _ = match &self.foster {
+            Some(foster) => pidfd_send_signal(&foster.process, signal),
+            None => kill_process(self.pid, signal),
+        };
+    }
+}
+
+impl Foster {
+    /// Watches a process that was started at this time (ticks of the kernel); `None` if it has ended since.
+    fn of(pid: u32, since: u64) -> Option<Foster> {
+        let process = pidfd_open(pid_of(pid)?, PidfdFlags::empty()).ok()?;
+        // In this order: the number may have been given to another process before.
+        (bus::process::start_of(pid) == Some(since)).then_some(Foster { process, halted: false })
+    }
+
+    /// What happened to it since the last look. How it ended is told to its parent alone.
+    fn change(&mut self, pid: Pid) -> Option<Change> {
+        if self.ends_until(0) {
+            return Some(Change::Ended(Ending { signal: None, code: None }));
+        }
+        let halted = state_of(pid.as_raw_pid() as u32) == ProcessState::Stopped;
+        let changed = std::mem::replace(&mut self.halted, halted) != halted;
+        changed.then_some(if halted { Change::Stopped } else { Change::Continued })
+    }
+
+    /// Waits for its end until this time (monotonic clock, ns); whether it has ended.
+    fn ends_until(&self, until_ns: u64) -> bool {
+        let left_ns = until_ns.saturating_sub(bus::clock::now_ns());
+        let limit = Timespec { tv_sec: (left_ns / 1_000_000_000) as i64, tv_nsec: (left_ns % 1_000_000_000) as i64 };
+        matches!(poll(&mut [PollFd::new(&self.process, PollFlags::IN)], Some(&limit)), Ok(1..))
     }
 }
 
@@ -387,7 +496,7 @@ fn close_on_exec() {
 }
 
 /// Whose process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Who {
     /// The world's.
     World,

@@ -3,10 +3,13 @@
 
 mod ending;
 mod keeping;
+mod takeover;
+mod worlds;
 
 pub use ending::Finished;
+pub use takeover::Orphan;
 
-use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, Place, Signal};
+use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, Place, Robots, Signal};
 use crate::error::{Error, Kind};
 use crate::executables::Executables;
 use crate::guardian::Guardian;
@@ -17,12 +20,13 @@ use crate::service::{Service, wall_ms};
 use crate::signals::Signals;
 use crate::status;
 use bus::{
-    Address, Footing, Gate, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Responder, Services,
-    Sizes, StatsSnapshot, WorldObserver, clean, clock,
+    Address, Footing, Gate, Helm, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Responder,
+    Services, Sizes, StatsSnapshot, WorldObserver, clean, clock,
 };
 use ending::full_memory;
 use keeping::Keeper;
 use model::{RobotIndex, RobotInstance, Scenario};
+use protocol::FLEET_VERSION;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
@@ -36,6 +40,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::time::Duration;
 use world_sim::outcome_file::OutcomeFile;
+use worlds::Worlds;
 
 /// How often the daemon looks at the clock while nothing happens.
 const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
@@ -82,6 +87,7 @@ pub struct Supervisor {
     /// Operators whose request the world has not decided yet.
     awaiting: Vec<(Ticket, Responder)>,
     observer: WorldObserver,
+    worlds: Worlds,
     signals: Signals,
     world_ending: Option<Ending>,
     /// What the world leaves when it ends.
@@ -96,14 +102,17 @@ pub struct Supervisor {
     killed: bool,
     /// Whoever watches has seen enough.
     enough: bool,
-    spawned_ns: u64,
+    /// When the first process was started, if this daemon has done that.
+    spawned_ns: Option<u64>,
     /// What lives that are over have counted, by slot.
     departed: BTreeMap<RobotIndex, StatsSnapshot>,
     /// What outlives the fleet, if it is one that is left running.
     keeper: Option<Keeper>,
+    /// The daemon's place at such a fleet.
+    helm: Option<Helm>,
     janitor: Janitor,
-    _node: Node,
-    _services: Services,
+    node: Node,
+    services: Services,
     guardian: Guardian,
     _lease: Lease,
 }
@@ -140,30 +149,40 @@ fn run_as(
     let signals = Signals::install()
         .map_err(|error| Error::new(Kind::Process, format!("signals: cannot install handlers: {error}")))?;
     let address = Address::create()?;
-    let with_guests = !executables.is_empty();
     let result =
         Supervisor::create(address.clone(), scenario, executables, record, signals).and_then(|mut supervisor| {
-            let result = supervisor
-                .begin_service(service)
-                .and_then(|()| supervisor.start())
-                .map(|()| supervisor.supervise(watch))
-                .and_then(|()| supervisor.finish(watch));
-            supervisor.kill_all(watch);
-            supervisor.end_service(&result);
-            let Supervisor { guardian, children, janitor, .. } = supervisor;
-            // Everything that killed processes left goes here; the guardian stays on guard until that is done.
-            drop((children, janitor));
-            clean::sweep(&address);
-            guardian.dismiss();
-            if with_guests {
-                // What they started may have left the process group of the fleet.
-                clean::end_processes(&address);
+            if let Some(service) = service {
+                supervisor.take_helm()?;
+                supervisor.begin_service(service, Robots::New)?;
             }
-            result
+            serve_until_the_end(supervisor, Supervisor::start, watch)
         });
     if result.is_err() {
         clean::sweep(&address);
     }
+    result
+}
+
+/// Lets a fleet begin, looks after it until its end, and removes everything of it.
+fn serve_until_the_end(
+    mut supervisor: Supervisor,
+    begin: fn(&mut Supervisor) -> Result<(), Error>,
+    watch: &mut dyn Watch,
+) -> Result<Finished, Error> {
+    let result = begin(&mut supervisor).map(|()| supervisor.supervise(watch)).and_then(|()| supervisor.finish(watch));
+    supervisor.kill_all(watch);
+    supervisor.end_service(&result);
+    // What agents of others start may have left the process group of the fleet, which a fleet that was taken over has not.
+    let all = supervisor.children.has_guests() || supervisor.helm.is_some();
+    let Supervisor { guardian, children, janitor, address, helm, .. } = supervisor;
+    // Everything that killed processes left goes here; the guardian stays on guard until that is done.
+    drop((children, janitor));
+    clean::sweep(&address);
+    guardian.dismiss();
+    if all {
+        clean::end_processes(&address);
+    }
+    drop(helm);
     result
 }
 
@@ -200,28 +219,40 @@ impl Supervisor {
             notices: NoticeReceiver::open(&node)?,
             operators: OperatorServer::open(&address)?,
             awaiting: Vec::new(),
-            observer: WorldObserver::open(&node)?,
+            observer: WorldObserver::open(&node, 0)?,
+            worlds: Worlds::default(),
             coordinator: Coordinator::new(scenario),
             signals,
             world_ending: None,
             killed: false,
             enough: false,
-            spawned_ns: 0,
+            spawned_ns: None,
             departed: BTreeMap::new(),
             keeper: None,
+            helm: None,
             janitor: Janitor::new(&address),
             address,
-            _node: node,
-            _services: services,
+            node,
+            services,
             guardian,
             _lease: lease,
         })
     }
 
+    /// Becomes the daemon of a fleet that another one may take over.
+    fn take_helm(&mut self) -> Result<(), Error> {
+        let helm = Helm::take(&self.address)?;
+        if let Some(helm) = &helm {
+            helm.sign(&self.address, FLEET_VERSION, env!("CARGO_PKG_VERSION"))?;
+        }
+        self.helm = helm;
+        Ok(())
+    }
+
     /// Starts the world, and the agents of all robots that are there from the beginning.
     fn start(&mut self) -> Result<(), Error> {
-        self.spawned_ns = clock::now_ns();
-        self.children.spawn_world()?;
+        self.spawned_ns = Some(clock::now_ns());
+        self.children.spawn_world(0)?;
         self.coordinator.begin();
         self.act(None);
         Ok(())
@@ -232,11 +263,12 @@ impl Supervisor {
         let overdue = |asked: Option<Duration>| asked.is_some_and(|asked| now() - asked > ENDING_MAX);
         while self.world_ending.is_none() && !self.killed && !overdue(self.asked_at) {
             {
-                let mut sources = [
+                let mut sources = vec![
                     PollFd::new(&self.signals, PollFlags::IN),
                     PollFd::new(&self.notices, PollFlags::IN),
                     PollFd::new(&self.operators, PollFlags::IN),
                 ];
+                sources.extend(self.children.fosters().map(|process| PollFd::new(process, PollFlags::IN)));
                 // An interrupted sleep is as good as a finished one.
                 let _ = poll(&mut sources, Some(&HEARTBEAT));
             }
@@ -246,6 +278,7 @@ impl Supervisor {
             self.coordinator.tell_wall_clock(wall_ms());
             self.reap();
             self.look();
+            self.follow_world();
             if self.coordinator.wants_places() {
                 self.coordinator.tell_places(self.places());
             }
@@ -321,10 +354,7 @@ impl Supervisor {
     pub(crate) fn reap(&mut self) {
         for (who, change) in self.children.changes() {
             match (who, change) {
-                (Who::World, Change::Ended(ending)) => {
-                    self.children.last_words(who, now());
-                    self.world_ending = Some(ending);
-                }
+                (Who::World, Change::Ended(ending)) => self.world_ended(ending),
                 (Who::World, Change::Stopped) => {
                     self.coordinator.news(News::WorldStopped, "the world's process was stopped");
                 }
@@ -379,6 +409,9 @@ impl Supervisor {
                         if order == Order::Stop {
                             self.asked_at.get_or_insert_with(now);
                         }
+                        if self.helm.is_some() && matches!(order, Order::Admit { .. }) {
+                            self.leave_scenario();
+                        }
                         self.orders.send(&order).unwrap_or_else(|error| self.fail(error.into()));
                         self.gate.ring_world();
                     }
@@ -405,6 +438,18 @@ impl Supervisor {
                     Action::KillFleet => self.killed = true,
                 }
             }
+        }
+    }
+
+    /// Leaves the scenario, with the robots that were added, to a daemon that takes over.
+    fn leave_scenario(&mut self) {
+        let (name, draft) = (world_sim::shell::SCENARIO_FILE, "scenario.draft");
+        let left = write(&self.address, draft, self.coordinator.scenario()).and_then(|()| {
+            std::fs::rename(self.address.file(draft), self.address.file(name))
+                .map_err(|error| Error::new(Kind::Memory, format!("scenario: cannot be replaced: {error}")))
+        });
+        if let Err(failure) = left {
+            self.log(Entry::new(Level::Error, "daemon", failure.message));
         }
     }
 

@@ -15,16 +15,23 @@ Examples:
   shoal logs -f --fleet lab
   shoal down --fleet lab
   shoal up demo-15 --name lab            in the foreground, until Ctrl-C
+  shoal up --adopt --name lab --detach   a new daemon for a fleet that lost its own
 
 The fleet runs until `shoal down`, whatever the scenario says of its end. Its
 state directory, for this user only, holds the database of tasks, robots and
 events (fleet.db), the log (log.jsonl) and the last report (report.json). Tasks
 that were not done when the fleet ended are given to their robots again by the
-next `shoal up` with the same directory.")]
+next `shoal up` with the same directory.
+
+The fleet goes on when its daemon is killed: its robots drive, but nobody can be
+restarted and no command is answered until another daemon adopts it.")]
 pub struct UpArgs {
     /// A scenario file, or a name from the catalog
-    #[arg(value_name = "SCENARIO")]
-    pub scenario: OsString,
+    #[arg(value_name = "SCENARIO", required_unless_present = "adopt")]
+    pub scenario: Option<OsString>,
+    /// Take over the fleet of this name if its daemon has ended; start SCENARIO if no such fleet runs
+    #[arg(long)]
+    pub adopt: bool,
     /// Name of the fleet; by default that of the scenario
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,

@@ -5,7 +5,7 @@ use crate::args::{DownArgs, Format};
 use crate::exit::Failure;
 use crate::out;
 use bus::clean::{FleetEntry, clean_if_abandoned, end_processes};
-use bus::{Address, clock};
+use bus::{Address, clock, helm};
 use protocol::operator_to_daemon::{Reply, Request};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
@@ -73,8 +73,7 @@ fn ask(address: &Address, name: &str) -> bool {
     }
 }
 
-/// The daemon's process, which the world names as the one that started it. The number is looked up again when it is held: it
-/// may have been given to another process.
+/// The daemon's process. The number is looked up again when it is held: it may have been given to another process.
 fn daemon_of(address: &Address) -> Option<OwnedFd> {
     let (pid, _) = super::ps::processes(address);
     let held = pidfd_open(i32::try_from(pid).ok().and_then(Pid::from_raw)?, PidfdFlags::empty()).ok()?;
@@ -99,13 +98,13 @@ fn is_gone_within(address: &Address, limit: Duration) -> bool {
     true
 }
 
-/// Kills the daemon: its guardian ends the fleet's processes and removes what it shares. A guardian that does not is killed
-/// as well.
+/// Kills the daemon: its guardian ends the fleet's processes and removes what it shares. A guardian that does not, because
+/// its fleet may go on without a daemon or because it was stopped, is killed as well.
 fn force(fleet: &FleetEntry, daemon: Option<&OwnedFd>) -> Result<(), Failure> {
     if let Some(daemon) = daemon {
         let _ = pidfd_send_signal(daemon, Signal::KILL);
     }
-    if is_gone_within(&fleet.address, CLEARING) {
+    if !helm::is_left_running(&fleet.address) && is_gone_within(&fleet.address, CLEARING) {
         return Ok(());
     }
     end_processes(&fleet.address);

@@ -3,7 +3,7 @@
 use crate::args::FleetArg;
 use crate::exit::{self, Failure};
 use bus::clean::{FleetEntry, STATE_FILE, list_fleets};
-use bus::{Address, OperatorClient};
+use bus::{Address, Helmsman, OperatorClient, helm};
 use protocol::codec;
 use protocol::operator_to_daemon::{Reply, Request};
 use std::path::PathBuf;
@@ -83,6 +83,11 @@ pub fn ask(address: &Address, request: &Request) -> Result<Reply, Failure> {
         Reply::Unconfirmed { problem, hint } => Err(Failure::from_text(exit::ENVIRONMENT, &problem).hint(hint)),
         reply => Ok(reply),
     }
+}
+
+/// Whether a fleet goes on although its daemon has ended.
+pub fn is_orphan(fleet: &FleetEntry) -> bool {
+    helm::is_left_running(&fleet.address) && Helmsman::of(&fleet.address).is_some_and(|daemon| !daemon.lives())
 }
 
 /// The state directory of a fleet that was left running.

@@ -7,7 +7,8 @@ use super::{fleet, latency, ps};
 use crate::args::MetricsArgs;
 use crate::exit::Failure;
 use crate::out;
-use bus::{Address, Gate, clean, clock};
+use bus::clean::FleetEntry;
+use bus::{Gate, clean, clock};
 use exposition::{Exposition, Kind};
 use model::{Metric, ProcessState};
 use protocol::operator_to_daemon::Status;
@@ -37,8 +38,9 @@ struct Sight {
 /// # Errors
 /// When no fleet is running, it must be named, or it has just ended.
 pub fn run(options: &MetricsArgs) -> Result<(), Failure> {
-    let address = fleet::choose(&options.fleet)?;
-    let sight = look(&address).map_err(|failure| match address.root().exists() {
+    let entry = fleet::choose_entry(&options.fleet)?;
+    let address = &entry.address;
+    let sight = look(&entry).map_err(|failure| match address.root().exists() {
         true => failure,
         false => Failure::environment(format!("fleet `{}`: the run has ended", address.id()))
             .hint("`shoal ps` lists running fleets"),
@@ -46,8 +48,8 @@ pub fn run(options: &MetricsArgs) -> Result<(), Failure> {
     out::data(&text(&sight))
 }
 
-fn look(address: &Address) -> Result<Sight, Failure> {
-    let status = ps::seen(address)?;
+fn look(entry: &FleetEntry) -> Result<Sight, Failure> {
+    let (address, status) = (&entry.address, ps::seen(entry)?);
     let of_robots = status.robots.iter().filter_map(|robot| Some((robot.id.clone(), robot.pid?)));
     let of_fleet = [("daemon".to_owned(), status.daemon_pid), ("world".to_owned(), status.world_pid)];
     let used = of_fleet.into_iter().chain(of_robots).filter(|(_, pid)| *pid != 0).map(|(process, pid)| Used {

@@ -32,7 +32,7 @@ pub fn run(options: &PsArgs) -> Result<i32, Failure> {
     let (mut fleets, mut failures) = (Vec::new(), Vec::new());
     for entry in &entries {
         let address = &entry.address;
-        match seen(address) {
+        match seen(entry) {
             Ok(status) => fleets.push((Shown::of(entry), status)),
             // It has ended since it was listed.
             Err(_) if !address.root().exists() => {}
@@ -67,7 +67,15 @@ pub fn run(options: &PsArgs) -> Result<i32, Failure> {
 ///
 /// # Errors
 /// When neither is possible.
-pub(super) fn seen(address: &Address) -> Result<Status, Failure> {
+pub(super) fn seen(entry: &FleetEntry) -> Result<Status, Failure> {
+    let address = &entry.address;
+    if fleet::is_orphan(entry) {
+        let name = entry.name.as_deref().unwrap_or(address.id());
+        let seen = unanswered::status(address)?;
+        out::talk(&format!("fleet {name}: its daemon has ended, and the fleet goes on without it"));
+        out::talk(&format!("`shoal up --adopt --name {name}` takes it over; `shoal down --fleet {name}` ends it"));
+        return Ok(seen);
+    }
     status(address).or_else(|failure: Failure| {
         let seen = unanswered::status(address).map_err(|_| failure.clone())?;
         out::talk(&format!("fleet {}: {}", address.id(), failure.message()));
@@ -99,6 +107,9 @@ impl<'a> Shown<'a> {
 
 fn fleet_json(shown: &Shown<'_>, status: &Status) -> Value {
     let mut value = json!({ "fleet": shown.id, "name": shown.name, "state_directory": shown.state_directory });
+    if status.daemon_pid == 0 {
+        value["orphaned"] = true.into();
+    }
     let status = serde_json::to_value(status).expect("a status has string keys only");
     if let (Value::Object(into), Value::Object(from)) = (&mut value, status) {
         into.extend(from);
@@ -112,13 +123,13 @@ fn fleet_text(page: &mut Page, shown: &Shown<'_>, status: &Status) {
     page.gap();
     page.words(
         &format!(
-            "fleet {id}: {}, {}, {:.1} s (tick {}), {arrived} of {} arrived, daemon {}, world {}{}",
+            "fleet {id}: {}, {}, {:.1} s (tick {}), {arrived} of {} arrived, {}, world {}{}",
             status.scenario,
             status.mode.word(),
             status.time_s,
             status.tick,
             status.robots.len(),
-            status.daemon_pid,
+            if status.daemon_pid == 0 { "no daemon".to_owned() } else { format!("daemon {}", status.daemon_pid) },
             status.world_pid,
             world_words(status)
         ),

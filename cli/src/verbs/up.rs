@@ -7,10 +7,11 @@ use crate::run::{Terminal, facts_of};
 use crate::sink::ReportFile;
 use crate::{file::Files, out, source};
 use bus::Progress;
+use bus::clean::FleetEntry;
 use daemon::coordinator::News;
 use daemon::detach::{self, Saying, Side};
 use daemon::service::{Service, StateDir, check_name, default_state};
-use daemon::supervisor::{self, FleetView, Watch};
+use daemon::supervisor::{self, FleetView, Orphan, Watch};
 use model::{Mode, Scenario, Stop};
 use scenarios::Overrides;
 use serde_json::{Value, json};
@@ -26,33 +27,134 @@ const ERRORS_FILE: &str = "stderr.log";
 /// # Errors
 /// When the scenario is not valid, a fleet of this name runs, or the environment does not allow it.
 pub fn run(options: &UpArgs) -> Result<i32, Failure> {
-    let overrides = Overrides {
-        mode: Some(Mode::from(options.mode)),
-        planner: options.planner.clone(),
-        robots: options.robots,
-        seed: options.seed,
-        duration_s: None,
-        set: options.set.clone(),
+    let fleet = match orphan(options)? {
+        Some(fleet) => fleet,
+        None => Fleet::new(options)?,
     };
-    let mut scenario = source::load(&options.scenario, &overrides)?;
-    if !scenario.warnings.is_empty() {
-        out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
-    }
-    // It ends when it is told to.
-    (scenario.clock.stop, scenario.clock.ticks_max) = (Stop::Duration, u64::MAX);
-    let name = name_of(options, &scenario)?;
-    let path = match &options.state {
-        Some(path) => path.clone(),
-        None => default_state(&name, &|variable| std::env::var_os(variable))?,
-    };
-    refuse_second(&name)?;
     if !options.detach {
-        return in_foreground(options, scenario, &name, &path);
+        return in_foreground(options, fleet);
     }
     match detach::detach()? {
-        Side::Caller(hearing) => heard(options, &hearing.hear(), &path),
-        Side::Daemon(saying) => Ok(in_background(scenario, &name, &path, saying)),
+        Side::Caller(hearing) => heard(options, &hearing.hear(), &fleet.state()?),
+        Side::Daemon(saying) => Ok(in_background(fleet, saying)),
     }
+}
+
+/// The fleet that this process is to look after.
+enum Fleet {
+    /// One to be started.
+    New { scenario: Box<Scenario>, name: String, state: PathBuf },
+    /// One that runs, and whose daemon has ended.
+    Orphan(FleetEntry),
+}
+
+impl Fleet {
+    fn new(options: &UpArgs) -> Result<Fleet, Failure> {
+        let Some(source) = &options.scenario else {
+            let wanted = options.name.as_ref().map_or_else(String::new, |name| format!(" `{name}`"));
+            return Err(Failure::environment(format!("no fleet{wanted} runs without a daemon"))
+                .hint("`shoal ps` shows the fleets; with a SCENARIO, `shoal up --adopt` starts it if there is none"));
+        };
+        let overrides = Overrides {
+            mode: Some(Mode::from(options.mode)),
+            planner: options.planner.clone(),
+            robots: options.robots,
+            seed: options.seed,
+            duration_s: None,
+            set: options.set.clone(),
+        };
+        let mut scenario = source::load(source, &overrides)?;
+        if !scenario.warnings.is_empty() {
+            out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
+        }
+        // It ends when it is told to.
+        (scenario.clock.stop, scenario.clock.ticks_max) = (Stop::Duration, u64::MAX);
+        let name = name_of(options, &scenario)?;
+        let state = match &options.state {
+            Some(path) => path.clone(),
+            None => default_state(&name, &|variable| std::env::var_os(variable))?,
+        };
+        refuse_second(&name)?;
+        Ok(Fleet::New { scenario: Box::new(scenario), name, state })
+    }
+
+    /// Its state directory.
+    fn state(&self) -> Result<PathBuf, Failure> {
+        match self {
+            Fleet::New { state, .. } => Ok(state.clone()),
+            Fleet::Orphan(entry) => fleet::state_of(&entry.address).ok_or_else(|| gone(entry)),
+        }
+    }
+
+    /// Its name.
+    fn name(&self) -> &str {
+        match self {
+            Fleet::New { name, .. } => name,
+            Fleet::Orphan(entry) => entry.name.as_deref().unwrap_or(entry.address.id()),
+        }
+    }
+
+    /// The scenario that it runs.
+    fn scenario(&self) -> Result<Scenario, Failure> {
+        match self {
+            Fleet::New { scenario, .. } => Ok(Scenario::clone(scenario)),
+            Fleet::Orphan(entry) => fleet::left(&entry.address, world_sim::shell::SCENARIO_FILE),
+        }
+    }
+
+    /// Takes its state directory, and the daemon's place if it runs.
+    fn take(self) -> Result<Taken, daemon::Error> {
+        Ok(match self {
+            Fleet::New { scenario, name, state } => {
+                Taken::New(scenario, Service::open(&name, StateDir::take(&state)?)?)
+            }
+            Fleet::Orphan(entry) => Taken::Orphan(Orphan::take(entry.address)?),
+        })
+    }
+}
+
+/// A fleet for which this process is the only one to look after it.
+enum Taken {
+    New(Box<Scenario>, Service),
+    Orphan(Orphan),
+}
+
+impl Taken {
+    /// Looks after it until its end.
+    fn serve(self, watch: &mut dyn Watch) -> Result<supervisor::Finished, daemon::Error> {
+        match self {
+            Taken::New(scenario, service) => supervisor::serve(*scenario, service, watch),
+            Taken::Orphan(orphan) => orphan.serve(watch),
+        }
+    }
+}
+
+/// The fleet to be taken over, if that is asked for and there is one.
+fn orphan(options: &UpArgs) -> Result<Option<Fleet>, Failure> {
+    if !options.adopt {
+        return Ok(None);
+    }
+    let mut orphans: Vec<FleetEntry> = fleet::running()?.into_iter().filter(fleet::is_orphan).collect();
+    let name = match (&options.name, &options.scenario) {
+        (Some(name), _) => Some(name.clone()),
+        (None, Some(source)) => Some(source::load(source, &Overrides::default())?.name),
+        (None, None) => None,
+    };
+    if let Some(name) = &name {
+        orphans.retain(|fleet| fleet.name.as_ref() == Some(name) || fleet.address.id() == name);
+    }
+    match orphans.len() {
+        0 | 1 => Ok(orphans.pop().map(Fleet::Orphan)),
+        many => {
+            let names: Vec<&str> = orphans.iter().filter_map(|fleet| fleet.name.as_deref()).collect();
+            Err(Failure::usage(format!("{many} fleets have no daemon"))
+                .hint(format!("name one of them with `--name`: {}", names.join(", "))))
+        }
+    }
+}
+
+fn gone(entry: &FleetEntry) -> Failure {
+    Failure::environment(format!("fleet `{}`: it has ended since it was listed", entry.address.id()))
 }
 
 fn name_of(options: &UpArgs, scenario: &Scenario) -> Result<String, Failure> {
@@ -69,31 +171,37 @@ fn name_of(options: &UpArgs, scenario: &Scenario) -> Result<String, Failure> {
 fn refuse_second(name: &str) -> Result<(), Failure> {
     match fleet::running()?.into_iter().find(|fleet| fleet.name.as_deref() == Some(name)) {
         None => Ok(()),
+        Some(fleet) if fleet::is_orphan(&fleet) => {
+            Err(Failure::usage(format!("fleet `{name}` runs without a daemon (id {})", fleet.address.id()))
+                .hint(format!("`shoal up --adopt --name {name}` takes it over; `shoal down --fleet {name}` ends it")))
+        }
         Some(fleet) => Err(Failure::usage(format!("fleet `{name}` runs already (id {})", fleet.address.id()))
             .hint("end it with `shoal down`, or choose another `--name`")),
     }
 }
 
-fn in_foreground(options: &UpArgs, scenario: Scenario, name: &str, path: &Path) -> Result<i32, Failure> {
-    let service = Service::open(name, StateDir::take(path)?)?;
-    let state = service.state.path().to_owned();
-    let mut watch =
-        Foreground { terminal: Terminal::new(&scenario), format: options.format, name, state: state.clone() };
-    let finished = supervisor::serve(scenario, service, &mut watch);
+fn in_foreground(options: &UpArgs, fleet: Fleet) -> Result<i32, Failure> {
+    let (name, state, terminal) = (fleet.name().to_owned(), fleet.state()?, Terminal::new(&fleet.scenario()?));
+    let taken = fleet.take()?;
+    // Absolute, and there.
+    let state = std::fs::canonicalize(&state).unwrap_or(state);
+    let mut watch = Foreground { terminal, format: options.format, name: &name, state: state.clone() };
+    let finished = taken.serve(&mut watch);
     watch.terminal.finish();
-    let (text, code) = ended(finished, name, &state)?;
+    let (text, code) = ended(finished, &name, &state)?;
     out::talk(&text);
     Ok(code)
 }
 
 /// A daemon in the background. It says one word to its caller, and then writes to the log alone.
-fn in_background(scenario: Scenario, name: &str, path: &Path, saying: Saying) -> i32 {
-    let serve = |saying: &mut Option<Saying>| -> Result<i32, Failure> {
-        let service = Service::open(name, StateDir::take(path)?)?;
-        let state = service.state.path().to_owned();
+fn in_background(fleet: Fleet, saying: Saying) -> i32 {
+    let serve = move |saying: &mut Option<Saying>| -> Result<i32, Failure> {
+        let (name, state) = (fleet.name().to_owned(), fleet.state()?);
+        let taken = fleet.take()?;
+        let state = std::fs::canonicalize(&state).unwrap_or(state);
         detach::leave_terminal(&state.join(ERRORS_FILE))?;
-        let mut watch = Background { saying, name, state: state.clone(), alone: false };
-        ended(supervisor::serve(scenario, service, &mut watch), name, &state).map(|(_, code)| code)
+        let mut watch = Background { saying, name: &name, state: state.clone(), alone: false };
+        ended(taken.serve(&mut watch), &name, &state).map(|(_, code)| code)
     };
     let mut saying = Some(saying);
     serve(&mut saying).unwrap_or_else(|failure| {

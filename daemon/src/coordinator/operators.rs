@@ -34,7 +34,7 @@ pub(super) struct Waiting {
     /// Since when, once the clock has been looked at.
     pub(super) since: Option<Duration>,
     /// What the operator is told when the world takes it; `None` once the operator has been answered.
-    reply: Option<Reply>,
+    pub(super) reply: Option<Reply>,
 }
 
 /// What has been said of clients that send what is not a request.
@@ -48,7 +48,7 @@ pub(super) struct Noise {
 
 impl Waiting {
     /// What waits, for people.
-    fn what(&self) -> String {
+    pub(super) fn what(&self) -> String {
         match self.ticket {
             Ticket::Task(task) | Ticket::Cancel(task) => format!("task {task} of robot `{}`", self.robot),
             Ticket::Admit(_) => format!("robot `{}`", self.robot),

@@ -19,8 +19,19 @@ pub const OPEN_MAX: usize = 10_000;
 const ENDED_MAX: usize = 1000;
 /// A name that a sender gives to a task has no more bytes.
 const KEY_MAX: usize = 64;
+/// Why a task failed.
+const OVERDUE: &str = "not done by its deadline";
 /// Records in one answer.
 const LIST_MAX: usize = 1000;
+
+/// The robots to which tasks of before belong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Robots {
+    /// They are started with the daemon, and know of no task.
+    New,
+    /// They have been running, and the world says what they have: [`Coordinator::resync`].
+    Running,
+}
 
 /// Where a robot is, and where it is going.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +73,31 @@ impl Tasks {
         self.records.values().filter(|record| record.state == TaskState::Queued).count()
     }
 
+    /// Those that are not at their end.
+    pub(super) fn open_ids(&self) -> impl Iterator<Item = TaskId> {
+        self.records.values().filter(|record| !record.state.is_final()).map(|record| record.id)
+    }
+
+    /// Where a task is in its life, if it is known.
+    pub(super) fn state_of(&self, id: TaskId) -> Option<TaskState> {
+        self.records.get(&id).map(|record| record.state)
+    }
+
+    /// This robot has the task.
+    pub(super) fn set_robot(&mut self, id: TaskId, robot: &str) {
+        if let Some(record) = self.records.get_mut(&id) {
+            robot.clone_into(&mut record.robot);
+        }
+    }
+
+    /// The task of a record as it is now: some of the time until its deadline has gone by. `None` if all of it has.
+    fn remaining(&self, record: &TaskRecord) -> Option<Task> {
+        let sent_ms = record.steps.first().map_or(self.wall_ms, |step| step.at_ms);
+        let passed_s = self.wall_ms.saturating_sub(sent_ms) as f64 * 1e-3;
+        let deadline_s = record.task.deadline_s.map(|deadline_s| deadline_s - passed_s);
+        deadline_s.is_none_or(|left_s| left_s > 0.0).then_some(Task { deadline_s, ..record.task })
+    }
+
     fn open(&self) -> usize {
         self.records.len() - self.ended.len()
     }
@@ -89,8 +125,8 @@ impl Tasks {
 impl Coordinator {
     /// From here on the shell keeps records: an [`Action::Keep`] comes before the world hears of a task, and wants to be
     /// answered with [`Coordinator::kept`]. `known` are those of before, `next` the first number that is free. Those that are
-    /// not at their end are given to their robots again.
-    pub fn keep_records(&mut self, known: Vec<TaskRecord>, next: TaskId) {
+    /// not at their end are given to their robots again, unless those run and may have them.
+    pub fn keep_records(&mut self, known: Vec<TaskRecord>, next: TaskId, robots: Robots) {
         self.tasks.kept = true;
         self.tasks.next = next.0;
         for record in known {
@@ -99,7 +135,8 @@ impl Coordinator {
             self.tasks.keys.extend(record.key.clone().map(|key| (key, id)));
             self.tasks.records.insert(id, record);
             match is_open {
-                true => self.hand_over_again(id),
+                true if robots == Robots::New => self.hand_over_again(id),
+                true => {}
                 false => self.tasks.ended.push_back(id),
             }
         }
@@ -121,7 +158,9 @@ impl Coordinator {
         };
         match (slot, problem) {
             (Some(slot), None) => {
-                let task = record.task;
+                let Some(task) = self.tasks.remaining(record) else {
+                    return self.change(id, TaskState::Failed, OVERDUE);
+                };
                 self.change(id, TaskState::Queued, "the fleet was started again");
                 self.actions.push(Action::Order(Order::Task { id, index: RobotIndex::of(slot), task }));
             }
@@ -301,11 +340,23 @@ impl Coordinator {
     fn order_task(&mut self, id: TaskId) {
         let Some(record) = self.tasks.records.get(&id) else { return };
         let Some(slot) = self.scenario.robots.iter().position(|robot| robot.id == record.robot) else { return };
-        self.actions.push(Action::Order(Order::Task { id, index: RobotIndex::of(slot), task: record.task }));
+        let Some(task) = self.tasks.remaining(record) else { return self.change(id, TaskState::Failed, OVERDUE) };
+        if let Some(resync) = &mut self.resync {
+            resync.tasks.remove(&id);
+        }
+        self.actions.push(Action::Order(Order::Task { id, index: RobotIndex::of(slot), task }));
+    }
+
+    /// The world has never had this task, or has forgotten it: it is sent once more.
+    pub(super) fn order_task_again(&mut self, id: TaskId) {
+        if self.tasks.state_of(id).is_some_and(|state| state != TaskState::Queued) {
+            self.change(id, TaskState::Queued, "sent to the world again");
+        }
+        self.order_task(id);
     }
 
     /// A step in the life of a task, which the shell is to keep.
-    fn change(&mut self, id: TaskId, state: TaskState, reason: &str) {
+    pub(super) fn change(&mut self, id: TaskId, state: TaskState, reason: &str) {
         self.note_change(id, state, reason);
         if let Some(record) = self.tasks.records.get(&id).filter(|_| self.tasks.kept) {
             self.actions.push(Action::Record(record.clone()));
@@ -346,7 +397,7 @@ impl Coordinator {
             TaskStep::Dropped(TaskEnd::Replaced) => {
                 self.change(id, TaskState::Cancelled, "replaced by a task that was to be done at once");
             }
-            TaskStep::Dropped(TaskEnd::Overdue) => self.change(id, TaskState::Failed, "not done by its deadline"),
+            TaskStep::Dropped(TaskEnd::Overdue) => self.change(id, TaskState::Failed, OVERDUE),
             TaskStep::Dropped(TaskEnd::RobotGone) => self.reassign(id, &format!("robot `{robot}` is gone")),
         }
     }

@@ -218,6 +218,20 @@ impl Store {
         Ok(())
     }
 
+    /// Goes on with the run of a fleet whose daemon has ended.
+    ///
+    /// # Errors
+    /// When it cannot be read, or written.
+    pub fn resume_run(&mut self, fleet: &str, scenario: &str) -> Result<(), Error> {
+        let sql = "SELECT id FROM run WHERE fleet = ? AND ended_ms IS NULL ORDER BY id DESC LIMIT 1";
+        match self.db.query_row(sql, [fleet], |row| row.get(0)) {
+            Ok(run) => self.run = run,
+            Err(rusqlite::Error::QueryReturnedNoRows) => self.begin_run(fleet, scenario)?,
+            Err(error) => return Err(failed(&self.path, &error)),
+        }
+        Ok(())
+    }
+
     /// The run has ended, in these words.
     ///
     /// # Errors

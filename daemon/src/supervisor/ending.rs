@@ -84,7 +84,9 @@ impl Supervisor {
             processes: self.children.take_measured(),
             stats,
             wall_time_s: start_ns.map_or(0.0, |start_ns| end_ns.saturating_sub(start_ns) as f64 * 1e-9),
-            startup_ms: start_ns.map(|start_ns| start_ns.saturating_sub(self.spawned_ns) as f64 * 1e-6),
+            startup_ms: start_ns
+                .zip(self.spawned_ns)
+                .map(|(start_ns, spawned_ns)| start_ns.saturating_sub(spawned_ns) as f64 * 1e-6),
             shm_bytes,
             interrupted: self.coordinator.interrupted(),
             record_failed: end.record_failed,
@@ -112,7 +114,14 @@ impl Supervisor {
             let instance = RobotInstance { index: *robot, incarnation: u32::MAX };
             (robot_agent::shell::spec_file(instance), counted.clone())
         });
-        match bus::stats::read_all(&self.address).map(|stats| stats.into_iter().chain(departed).collect::<Vec<_>>()) {
+        let mut read = bus::stats::read_all(&self.address);
+        if let (Ok(stats), Some(counted)) = (&mut read, &self.worlds.counted) {
+            match stats.iter_mut().find(|(name, _)| name == bus::stats::WORLD) {
+                Some((_, world)) => world.merge(counted),
+                None => stats.push((bus::stats::WORLD.to_owned(), counted.clone())),
+            }
+        }
+        match read.map(|stats| stats.into_iter().chain(departed).collect::<Vec<_>>()) {
             Ok(stats) if !begun || stats.iter().any(|(name, _)| name == bus::stats::WORLD) => Ok(stats),
             Ok(_) => Err(missing(&"their files were removed")),
             Err(error) => Err(missing(&error)),

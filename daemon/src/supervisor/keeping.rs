@@ -1,10 +1,10 @@
 //! What of a fleet that is left running outlives it: tasks, robots, events and the log.
 
 use super::{Finished, Supervisor, Watch, write_bytes};
-use crate::coordinator::Action;
+use crate::coordinator::{Action, Robots};
 use crate::error::Error;
 use crate::processes::now;
-use crate::service::{Batch, Entry, EventRow, Level, RobotRow, Service};
+use crate::service::{Batch, Entry, EventRow, Level, RobotRow, Service, wall_ms};
 use bus::clean::{NAME_FILE, STATE_FILE};
 use model::{Event, EventName, ProcessState, TaskId};
 use std::os::unix::ffi::OsStrExt;
@@ -57,20 +57,27 @@ impl Keeper {
 }
 
 impl Supervisor {
-    /// Takes over what an earlier run of this fleet has left, and says where the fleet is.
-    pub(super) fn begin_service(&mut self, service: Option<Service>) -> Result<(), Error> {
-        let Some(mut service) = service else { return Ok(()) };
-        service.store.begin_run(self.address.id(), &self.coordinator.scenario().name)?;
+    /// Takes over what an earlier run of this fleet has left, and says where the fleet is. Its robots may run already.
+    pub(super) fn begin_service(&mut self, mut service: Service, robots: Robots) -> Result<(), Error> {
+        let scenario = &self.coordinator.scenario().name;
+        match robots {
+            Robots::New => service.store.begin_run(self.address.id(), scenario)?,
+            Robots::Running => service.store.resume_run(self.address.id(), scenario)?,
+        }
         let (known, next) = service.store.tasks()?;
         let open = known.iter().filter(|record| !record.state.is_final()).count();
         write_bytes(&self.address.file(STATE_FILE), service.state.path().as_os_str().as_bytes())?;
         write_bytes(&self.address.file(NAME_FILE), service.name.as_bytes())?;
-        let begun = format!("fleet {} begins: scenario `{}`", self.address.id(), self.coordinator.scenario().name);
+        let begun = match robots {
+            Robots::New => format!("fleet {} begins: scenario `{scenario}`", self.address.id()),
+            Robots::Running => format!("fleet {} has a new daemon, process {}", self.address.id(), std::process::id()),
+        };
         service.log.write(&Entry::new(Level::Info, "daemon", begun));
-        let (waiting, robots) = (Batch::default(), Vec::new());
-        self.keeper = Some(Keeper { service, waiting, robots, wrote_at: now(), failing: false });
-        self.coordinator.keep_records(known, next);
-        if open > 0 {
+        let (waiting, written) = (Batch::default(), Vec::new());
+        self.keeper = Some(Keeper { service, waiting, robots: written, wrote_at: now(), failing: false });
+        self.coordinator.tell_wall_clock(wall_ms());
+        self.coordinator.keep_records(known, next, robots);
+        if open > 0 && robots == Robots::New {
             self.coordinator.say(format!("{open} tasks that were not done are given to their robots again"));
         }
         Ok(())

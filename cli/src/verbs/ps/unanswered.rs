@@ -2,7 +2,7 @@
 
 use crate::exit::Failure;
 use crate::verbs::fleet;
-use bus::{Address, Gate, Node, WorldObserver};
+use bus::{Address, Gate, Helmsman, Node, WorldObserver};
 use daemon::processes::state_of;
 use daemon::status::{self, RobotProcess};
 use model::{ProcessState, RobotIndex, RobotInstance, Scenario};
@@ -50,7 +50,8 @@ fn instances(address: &Address) -> BTreeMap<RobotIndex, RobotInstance> {
     instances.into_iter().map(|instance| (instance.index, instance)).collect()
 }
 
-/// The daemon and the world, 0 for what is not found: the world says on its command line who started it.
+/// The daemon and the world, 0 for what is not found. A fleet that is left running says in a file who its daemon is; of another one
+/// the world says on its command line who started it.
 pub(crate) fn processes(address: &Address) -> (u32, u32) {
     let fleets = bus::clean::list_fleets().unwrap_or_default();
     let pids =
@@ -61,6 +62,9 @@ pub(crate) fn processes(address: &Address) -> (u32, u32) {
         line.split(|byte| *byte == 0).map(|word| String::from_utf8_lossy(word).into_owned()).collect()
     };
     let world = pids.into_iter().find(|pid| words(*pid).get(1).is_some_and(|verb| verb == "world"));
+    if let Some(daemon) = Helmsman::of(address) {
+        return (if daemon.lives() { daemon.pid() } else { 0 }, world.unwrap_or(0));
+    }
     let Some(world) = world else { return (0, 0) };
     let words = words(world);
     let parent = words.iter().position(|word| word == "--parent").and_then(|at| words.get(at + 1)?.parse().ok());

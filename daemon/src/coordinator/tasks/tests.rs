@@ -97,7 +97,7 @@ fn every_end_has_its_reason() {
 #[test]
 fn nothing_is_ordered_before_it_is_kept() {
     let mut coordinator = running(&[]);
-    coordinator.keep_records(Vec::new(), TaskId(40));
+    coordinator.keep_records(Vec::new(), TaskId(40), Robots::New);
     let east = names(&coordinator)[0].clone();
     let first = Ticket::Task(TaskId(40));
     assert_eq!(coordinator.request(&task(&east, [0.0, 1.0]), FREE_PLACE), Answer::Later(first));
@@ -145,7 +145,7 @@ fn what_was_open_is_given_to_its_robot_again() {
         record(5, "gone", [0.0, 1.0], TaskState::Assigned),
         record(6, &east, [1e6, 1.0], TaskState::Queued),
     ];
-    coordinator.keep_records(known, TaskId(7));
+    coordinator.keep_records(known, TaskId(7), Robots::New);
     let actions = coordinator.take_actions();
     assert_eq!(orders(&actions), [(3, 0)]);
     use TaskState::{Done, Failed, Queued};

@@ -1,0 +1,214 @@
+//! After the daemon or the world was replaced: what the coordinator believes is compared with what the world says.
+//!
+//! The world's answer is the truth about robots: the coordinator does what is missing for it. Tasks are compared in both
+//! directions: what the world does not have and has not done is given to it again, and what was done before a world went
+//! back by some ticks is not done again. Everything that was sent before the question has been looked at by the world when
+//! it answers, and everything sent later is left alone.
+
+use super::{Action, Coordinator, Member, Signal, Waiting};
+use model::{ProcessState, RobotIndex, RobotInstance, Scenario, TaskId, TaskState};
+use protocol::daemon_to_world::{Absence, Order, Ticket};
+use protocol::operator_to_daemon::Reply;
+use protocol::world_to_daemon::{Standing, Standings};
+use std::collections::BTreeSet;
+
+/// A question that the world has not answered.
+#[derive(Default)]
+pub(super) struct Resync {
+    number: u32,
+    /// What operators waited for when it was asked.
+    waiting: Vec<Ticket>,
+    /// Robots that there were then, in front.
+    robots: usize,
+    /// Tasks that were not at their end then, and that the world has not been sent since.
+    pub(super) tasks: BTreeSet<TaskId>,
+}
+
+impl Coordinator {
+    /// A fleet that runs already, with these processes. What they do is asked of the world.
+    pub fn adopted(scenario: Scenario, running: &[(RobotInstance, u32)]) -> Coordinator {
+        let mut coordinator = Coordinator::new(scenario);
+        for (instance, pid) in running {
+            if let Some(member) = coordinator.members.get_mut(instance.index.at())
+                && (member.pid.is_none() || member.instance.incarnation < instance.incarnation)
+            {
+                (member.instance, member.pid, member.state) = (*instance, Some(*pid), ProcessState::Starting);
+            }
+        }
+        coordinator
+    }
+
+    /// The daemon or the world is new: the world is asked how everything stands.
+    pub fn resync(&mut self) {
+        let number = self.resyncs;
+        self.resyncs += 1;
+        self.resync = Some(Resync {
+            number,
+            waiting: self.waiting.iter().map(|waiting| waiting.ticket).collect(),
+            robots: self.members.len(),
+            tasks: self.tasks.open_ids().collect(),
+        });
+        self.actions.push(Action::Order(Order::Resync(number)));
+    }
+
+    /// Whether the world has not said yet how everything stands.
+    pub fn is_resyncing(&self) -> bool {
+        self.resync.is_some()
+    }
+
+    /// The world says how everything stands.
+    pub(super) fn standings(&mut self, standings: Standings) {
+        // That of a world that was replaced before it was heard is out of date.
+        let Some(resync) = self.resync.take_if(|resync| resync.number == standings.number) else { return };
+        for slot in 0..self.members.len().min(resync.robots) {
+            let index = RobotIndex::of(slot);
+            match standings.robots.iter().find(|(instance, _)| instance.index == index) {
+                Some((instance, standing)) => self.stands(*instance, *standing),
+                None => self.admit_again(index),
+            }
+        }
+        for (id, index, active) in &standings.tasks {
+            self.has_task(*id, *index, *active, resync.tasks.contains(id));
+        }
+        let held: BTreeSet<TaskId> = standings.tasks.iter().map(|(id, ..)| *id).collect();
+        for id in resync.tasks.difference(&held) {
+            match standings.ended.iter().find(|(ended, _)| ended == id) {
+                Some((_, step)) => self.task_step(*id, *step),
+                None => self.order_task_again(*id),
+            }
+        }
+        self.give_up_waiting(&resync.waiting, &standings);
+    }
+
+    /// A robot of the world: its process is what the world believes it to be, or the world is told.
+    fn stands(&mut self, instance: RobotInstance, standing: Standing) {
+        let Some(member) = self.members.get_mut(instance.index.at()) else { return };
+        if member.instance.incarnation > instance.incarnation {
+            // The world has gone back to before the end of that life.
+            return self.died_unseen(instance);
+        }
+        if member.instance.incarnation < instance.incarnation {
+            match standing {
+                Standing::Awaited { told: false } => {}
+                _ if member.pid.is_some() => {
+                    // The life before it, which is to end.
+                    return self.expect(instance);
+                }
+                _ => (member.instance, member.state) = (instance, ProcessState::Awaited),
+            }
+        }
+        let Some(member) = self.members.get_mut(instance.index.at()) else { return };
+        let (runs, halted) = (member.pid.is_some() && member.instance == instance, member.halted);
+        match standing {
+            Standing::Awaited { told: false } => {}
+            Standing::Awaited { told: true } if runs => member.state = ProcessState::Starting,
+            Standing::Awaited { told: true } => {
+                member.state = ProcessState::Awaited;
+                self.expect(instance);
+            }
+            Standing::Dead => {
+                member.state = ProcessState::Dead;
+                self.signal(instance, Signal::Kill, None);
+            }
+            Standing::Left => member.state = ProcessState::Left,
+            _ if !runs => self.died_unseen(instance),
+            Standing::Paused { goes_on: false } => {
+                member.state = ProcessState::Paused;
+                if !halted {
+                    self.signal(instance, Signal::Stop, None);
+                }
+            }
+            Standing::Paused { goes_on: true } => self.signal(instance, Signal::Continue, Some(ProcessState::Running)),
+            Standing::Present | Standing::Held => {
+                let was_paused = member.state == ProcessState::Paused;
+                member.state = ProcessState::Running;
+                if was_paused {
+                    self.signal(instance, Signal::Continue, None);
+                } else if halted {
+                    self.stands_still(instance);
+                }
+            }
+        }
+    }
+
+    /// The process of a life that the world believes in has ended while nobody looked.
+    fn died_unseen(&mut self, instance: RobotInstance) {
+        self.with_current(instance, |member| member.state = ProcessState::Dead);
+        let words = "its process ended while the fleet had no daemon".to_owned();
+        let cause = Absence::Died { signal: None, code: None, words };
+        self.actions.push(Action::Order(Order::Absent { instance, cause }));
+    }
+
+    /// A robot that was added, of which the world knows nothing.
+    fn admit_again(&mut self, index: RobotIndex) {
+        let (Some(member), Some(robot)) = (self.members.get(index.at()), self.scenario.robots.get(index.at())) else {
+            return;
+        };
+        if member.state != ProcessState::Refused {
+            let robot = Box::new(robot.clone());
+            self.actions.push(Action::Order(Order::Admit { index, robot }));
+        }
+    }
+
+    /// A robot has this task; `asked`: the coordinator believed then that it was not at its end.
+    fn has_task(&mut self, id: TaskId, index: RobotIndex, active: bool, asked: bool) {
+        let robot = self.name(index).to_owned();
+        match self.tasks.state_of(id) {
+            // It was done, or cancelled, in ticks that are lost.
+            Some(state) if state.is_final() => self.actions.push(Action::Order(Order::Cancel { id, index })),
+            Some(state) if asked => {
+                self.tasks.set_robot(id, &robot);
+                let is = if active { TaskState::Active } else { TaskState::Assigned };
+                if state != is {
+                    self.change(id, is, "");
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Operators who waited for an answer of before will get none from a world that was replaced.
+    fn give_up_waiting(&mut self, tickets: &[Ticket], standings: &Standings) {
+        let (lost, waiting): (Vec<Waiting>, Vec<Waiting>) =
+            std::mem::take(&mut self.waiting).into_iter().partition(|waiting| tickets.contains(&waiting.ticket));
+        self.waiting = waiting;
+        for waiting in lost {
+            let is_there = |index: RobotIndex| standings.robots.iter().any(|(instance, _)| instance.index == index);
+            match waiting.ticket {
+                // The world has been asked to admit it again.
+                Ticket::Admit(index) if !is_there(index) => self.waiting.push(waiting),
+                Ticket::Admit(_) => self.answer(waiting, None),
+                Ticket::Cancel(id) if self.tasks.state_of(id).is_none_or(TaskState::is_final) => {
+                    self.answer(waiting, None);
+                }
+                _ => {
+                    let problem = format!("{}: not confirmed: the world's process was replaced", waiting.what());
+                    let hint = "it may have been done; send it again if it was not".to_owned();
+                    self.answer(waiting, Some(Reply::Unconfirmed { problem, hint }));
+                }
+            }
+        }
+    }
+
+    /// Answers an operator, unless that was done: with what was promised, or with something else.
+    fn answer(&mut self, waiting: Waiting, instead: Option<Reply>) {
+        if let Some(promised) = waiting.reply {
+            let reply = match (instead, waiting.ticket) {
+                (Some(reply), _) => reply,
+                (None, Ticket::Cancel(id)) => self.cancelled(id),
+                (None, _) => promised,
+            };
+            self.actions.push(Action::Reply(waiting.ticket, reply));
+        }
+    }
+}
+
+impl Member {
+    /// What a daemon that takes over finds out of its process: it is stopped.
+    pub fn is_halted(&self) -> bool {
+        self.halted
+    }
+}
+
+#[cfg(test)]
+mod tests;
