@@ -249,6 +249,7 @@ impl Coordinator {
             Notice::Pause { instance } => self.signal(instance, Signal::Stop, Some(ProcessState::Paused)),
             Notice::Resume { instance } => self.signal(instance, Signal::Continue, Some(ProcessState::Running)),
             Notice::Left { instance } => self.left(instance),
+            Notice::RestartLimit { instance } => self.restart_limit(instance),
             Notice::Answer { ticket, refused } => self.answered(ticket, refused),
             Notice::Task { id, step } => self.task_step(id, step),
             Notice::Standings(standings) => self.standings(standings),
@@ -309,7 +310,7 @@ impl Coordinator {
         };
         let was = member.state;
         member.pid = None;
-        if was != ProcessState::Left {
+        if !matches!(was, ProcessState::Left | ProcessState::RestartLimit) {
             member.state = ProcessState::Dead;
         }
         let next = member.next.take();
@@ -497,6 +498,15 @@ impl Coordinator {
         }
     }
 
+    /// The robot stays dead. Its process may not have been reaped, and the process of an earlier instance may not either.
+    fn restart_limit(&mut self, instance: RobotInstance) {
+        let member = self.members.get_mut(instance.index.at());
+        let member = member.filter(|member| member.instance.incarnation <= instance.incarnation);
+        if let Some(member) = member.filter(|member| member.state != ProcessState::Left) {
+            member.state = ProcessState::RestartLimit;
+        }
+    }
+
     /// The world has given up this life, which may still wait for the one before it to be gone.
     fn kill(&mut self, instance: RobotInstance) {
         if let Some(member) = self.members.get_mut(instance.index.at()) {
@@ -520,7 +530,8 @@ impl Coordinator {
         let mut lives = false;
         self.with_current(instance, |member| {
             lives = member.pid.is_some();
-            if let Some(state) = state.filter(|_| lives && member.state != ProcessState::Left) {
+            let is_final = matches!(member.state, ProcessState::Left | ProcessState::RestartLimit);
+            if let Some(state) = state.filter(|_| lives && !is_final) {
                 member.state = state;
             }
         });
@@ -540,7 +551,8 @@ impl Coordinator {
 impl Member {
     /// Whether its body may be in the world.
     pub fn in_world(&self) -> bool {
-        matches!(self.state, ProcessState::Running | ProcessState::Paused | ProcessState::Stopped | ProcessState::Dead)
+        use ProcessState::{Dead, Paused, RestartLimit, Running, Stopped};
+        matches!(self.state, Running | Paused | Stopped | Dead | RestartLimit)
     }
 
     fn new(index: RobotIndex) -> Member {

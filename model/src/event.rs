@@ -158,6 +158,13 @@ events! {
         /// What it printed last, or what else is known; may be empty.
         words: String,
     } = "died";
+    /// The robot's process ended and is not restarted: `restart_limit` is reached.
+    RestartLimit {
+        /// Restarts in the window.
+        restarts: u32,
+        /// The window, ticks; `None` is the whole run.
+        window_ticks: Option<u64>,
+    } = "restart-limit";
     /// The timeline or an operator stopped the robot's process.
     Paused {
         /// Who wanted it.
@@ -280,6 +287,11 @@ impl EventKind {
                 let parts = [ending.as_str(), words.as_str()];
                 parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(": ")
             }
+            EventKind::RestartLimit { restarts, window_ticks } => {
+                let plural = if *restarts == 1 { "" } else { "s" };
+                let window = window_ticks.map_or_else(String::new, |window| format!(" within {window} ticks"));
+                format!("{restarts} restart{plural}{window}, which is its restart_limit: it stays dead")
+            }
             EventKind::Paused { source, until_tick } => format!("{source}: {}", until(*until_tick)),
             EventKind::Fault { source, fault, until_tick } => format!("{source}: {fault}, {}", until(*until_tick)),
             EventKind::FaultOver { fault } => fault.to_string(),
@@ -358,6 +370,11 @@ mod tests {
             (died(Some(11), None, "oh"), "died", "signal 11: oh"),
             (died(None, Some(3), ""), "died", "exit code 3"),
             (died(None, None, "gone"), "died", "gone"),
+            (
+                EventKind::RestartLimit { restarts: 3, window_ticks: Some(500) },
+                "restart-limit",
+                "3 restarts within 500 ticks, which is its restart_limit: it stays dead",
+            ),
             (EventKind::Held { silence: Silence::Stopped }, "held", "stopped"),
             (EventKind::Killed { source: FaultSource::Operator }, "killed", "operator"),
             (

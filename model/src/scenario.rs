@@ -400,7 +400,7 @@ pub struct Robot {
     pub sees_robots: bool,
     /// Whether the method may look at the map of fixed obstacles.
     pub knows_map: bool,
-    /// What happens when its process ends unasked.
+    /// What happens when its process ends, unless it was asked to.
     pub restart: Restart,
     /// The executable to start as its agent; `None` is shoal itself.
     pub agent: Option<String>,
@@ -422,13 +422,51 @@ impl ArmSetup {
     }
 }
 
-/// What happens when the process of a robot ends unasked.
+crate::choice! {
+    /// After which ends a process is started again.
+    #[derive(Serialize, Deserialize)]
+    pub enum RestartPolicy {
+        /// After none.
+        Never = "never",
+        /// After a signal, an exit code other than 0, or a start that failed.
+        OnFailure = "on-failure",
+        /// After exit code 0 as well.
+        Always = "always",
+    }
+}
+
+/// What happens when the process of a robot ends without having been asked to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Restart {
-    /// How often it may be started again; 0 is never.
+    /// After which ends it is started again.
+    pub policy: RestartPolicy,
+    /// Maximum number of restarts within the window.
     pub limit: u32,
-    /// It comes back this many ticks after it went.
+    /// Length of the window that ends with the newest death, ticks; `None` is the whole run.
+    pub window_ticks: Option<u64>,
+    /// Delay before the first restart in the window, ticks.
     pub delay_ticks: u64,
+    /// Each further restart in the window has this times the delay of the one before.
+    pub backoff: f64,
+    /// Maximum delay, ticks.
+    pub delay_ticks_max: u64,
+}
+
+impl Restart {
+    /// No restart.
+    pub const NEVER: Restart = Restart {
+        policy: RestartPolicy::Never,
+        limit: 0,
+        window_ticks: None,
+        delay_ticks: 1,
+        backoff: 1.0,
+        delay_ticks_max: u64::MAX,
+    };
+
+    /// A number of restarts after failures, always with the same delay.
+    pub const fn on_failure(limit: u32, delay_ticks: u64) -> Restart {
+        Restart { policy: RestartPolicy::OnFailure, limit, delay_ticks, ..Restart::NEVER }
+    }
 }
 
 /// When a run counts as a success.

@@ -22,6 +22,8 @@ crate::choice! {
         Left = "left",
         /// It died.
         Dead = "dead",
+        /// It died once more than its robot's `restart_limit` allows, and is not restarted.
+        RestartLimit = "restart-limit",
         /// It ended.
         Ended = "ended",
         /// The world had no place for its robot.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
 /// anything else.
-pub const PROTOCOL_VERSION: u32 = 5;
+pub const PROTOCOL_VERSION: u32 = 7;
 
 /// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -41,6 +41,11 @@ pub enum Notice {
         /// Whose.
         instance: RobotInstance,
     },
+    /// The process of this instance has ended and is not restarted, because the restart limit is reached.
+    RestartLimit {
+        /// Which instance.
+        instance: RobotInstance,
+    },
     /// The order with this ticket has taken effect, or never will.
     Answer {
         /// Which order.

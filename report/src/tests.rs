@@ -42,7 +42,7 @@ fn robot(slot: usize) -> Robot {
         radio_hysteresis_m: 0.5,
         sees_robots: true,
         knows_map: false,
-        restart: Restart { limit: 0, delay_ticks: 0 },
+        restart: Restart::NEVER,
         agent: None,
     }
 }

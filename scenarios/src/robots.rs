@@ -4,11 +4,11 @@ use crate::layers::Layered;
 use crate::methods::{self, FleetParams};
 use crate::node::{Given, Node};
 use crate::problems::{Origin, Report};
-use crate::table::{self, Arm, Body, KindKey, Kinds, Mobile, PlacedArm, RestartPolicy, Root, WheelKeys};
+use crate::table::{self, Arm, Body, KindKey, Kinds, Mobile, PlacedArm, Root, WheelKeys};
 use crate::types::{PlannerName, Rounds};
 use crate::wheels;
 use model::kind::Range;
-use model::{BodyKind, Dynamics, Limits, Motion, ParamValues, Restart, Robot};
+use model::{BodyKind, Dynamics, Limits, Motion, ParamValues, Restart, RestartPolicy, Robot};
 use nalgebra::{Point2, Vector2};
 
 /// What all robots of a file share.
@@ -120,13 +120,6 @@ impl<'a> Layers<'a> {
             },
         };
         let towards = place.goals.first().map_or(Vector2::zeros(), |goal| goal - place.start);
-        let restart = match body.get(Body::restart) {
-            RestartPolicy::OnFailure => {
-                let delay_ticks = (body.get(Body::restart_delay_s) * self.tick_hz).round() as u64;
-                Restart { limit: body.get(Body::restart_limit), delay_ticks: delay_ticks.max(1) }
-            }
-            RestartPolicy::Never => Restart { limit: 0, delay_ticks: 0 },
-        };
         Robot {
             id: place.id,
             kind,
@@ -154,8 +147,25 @@ impl<'a> Layers<'a> {
             radio_hysteresis_m: body.get(Body::radio_hysteresis_m),
             sees_robots: body.get(Body::sees_robots),
             knows_map: body.get(Body::knows_map),
-            restart,
+            restart: self.restart(&body),
             agent: body.get(Body::agent),
+        }
+    }
+
+    /// What happens when the process of a robot with these layers ends.
+    fn restart(&self, body: &Layered<'_>) -> Restart {
+        if body.get(Body::restart) == RestartPolicy::Never {
+            return Restart::NEVER;
+        }
+        // An infinite time is the last tick.
+        let ticks = |seconds: f64| ((seconds * self.tick_hz).round() as u64).max(1);
+        Restart {
+            policy: body.get(Body::restart),
+            limit: body.get(Body::restart_limit),
+            window_ticks: body.get(Body::restart_window_s).map(ticks),
+            delay_ticks: ticks(body.get(Body::restart_delay_s)),
+            backoff: body.get(Body::restart_backoff),
+            delay_ticks_max: ticks(body.get(Body::restart_delay_max_s)),
         }
     }
 

@@ -7,9 +7,7 @@ mod obstacles;
 mod robots;
 
 pub(crate) use obstacles::{Motion, MotionKind, Obstacle, ObstacleShape};
-pub(crate) use robots::{
-    Arm, Body, KindKey, Kinds, Layout, LayoutKind, Mobile, PlacedArm, RestartPolicy, Robot, WheelKeys,
-};
+pub(crate) use robots::{Arm, Body, KindKey, Kinds, Layout, LayoutKind, Mobile, PlacedArm, Robot, WheelKeys};
 
 use crate::paper::PAPER;
 use crate::types::{Arrivals, Interval, Pose};

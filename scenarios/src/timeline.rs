@@ -5,7 +5,7 @@ use crate::node::Node;
 use crate::problems::{Report, known};
 use crate::robots;
 use crate::table::{self, Event as Keys, EventKind, Root};
-use model::{Clock, Fault, Radio, Robot, Task, TimelineAction, TimelineEvent};
+use model::{Clock, Fault, Radio, RestartPolicy, Robot, Task, TimelineAction, TimelineEvent};
 use std::collections::{HashMap, HashSet};
 
 /// Ids of robots that enter later.
@@ -184,7 +184,9 @@ impl Stage<'_> {
             match event.what {
                 TimelineAction::Join { .. } => (lives[robot], joined[robot]) = (Life::Present, true),
                 TimelineAction::Leave { .. } => lives[robot] = Life::Left,
-                TimelineAction::Fault { fault: Fault::Kill, .. } if self.robots[robot].restart.limit == 0 => {
+                TimelineAction::Fault { fault: Fault::Kill, .. }
+                    if self.robots[robot].restart.policy == RestartPolicy::Never =>
+                {
                     lives[robot] = Life::Dead;
                 }
                 _ => {}

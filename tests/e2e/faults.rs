@@ -1,6 +1,6 @@
 //! Processes that die, stop, or never come up: the fleet goes on, and the report says who, when, and what was done.
 
-use crate::support::{Ended, Fleet, Run, assert_clean, is_gone, lanes, script, signal, stop, wait_for};
+use crate::support::{Ended, Fleet, Run, SHOAL, assert_clean, is_gone, lanes, script, shoal, signal, stop, wait_for};
 use rustix::process::Signal;
 use tempfile::TempDir;
 
@@ -194,5 +194,43 @@ fn agents_that_never_come_up_do_not_stop_the_fleet() {
         let lines = std::fs::read_to_string(&starts).unwrap().lines().count();
         assert_eq!(lines, turn + 1, "one life is one process\n{ended}");
         assert_clean(&root);
+    }
+}
+
+/// An agent that ends by itself with code 0 has not failed: only `always` starts it again, until the limit.
+#[test]
+fn an_agent_that_ends_without_a_failure_is_restarted_by_the_policy_always_alone() {
+    let dir = TempDir::new().unwrap();
+    // Each life ends when its file is there.
+    let until = format!("until [ -e {}/end-$life ]; do sleep 0.02; done", dir.path().display());
+    let life = "life=$(echo \"$*\" | sed 's/.*--incarnation \\([0-9]*\\).*/\\1/')";
+    let text = format!("#!/bin/sh\n{life}\n{SHOAL} agent \"$@\" &\n{until}\nkill -9 $!\nwait $!\nexit 0\n");
+    let agent = script(dir.path(), "ends", &text);
+    for (policy, restarts, word) in [("on-failure", 0, "dead"), ("always", 2, "restart-limit")] {
+        let scenario = lanes(3, 1.0).replacen("id = \"b\"\n", &format!("id = \"b\"\nagent = {agent:?}\n"), 1);
+        let scenario = format!("{scenario}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n");
+        let run = Run::scenario(&scenario).mode("realtime").set(&format!("defaults.restart=\"{policy}\""));
+        let mut fleet = run.set("defaults.restart_limit=2").set("defaults.restart_delay_s=0.05").start();
+        let (id, root) = (fleet.id(), fleet.root());
+        fleet.wait_tick(1);
+        let b = || {
+            let ps = shoal(&["ps", "--fleet", &id, "--format", "json"]).expect(0).report;
+            ps["fleets"][0]["robots"][1].clone()
+        };
+        for life in 0..=restarts {
+            wait_for("b to take part", || (b()["state"] == "running" && b()["incarnation"] == life).then_some(()));
+            std::fs::write(dir.path().join(format!("end-{life}")), "").unwrap();
+        }
+        wait_for("what `ps` shows", || (b()["state"] == word).then_some(()));
+        signal(fleet.daemon(), Signal::INT);
+        let ended = fleet.wait().expect(130);
+        assert_eq!(ended.event("died", "b")["detail"], "exit code 0", "{ended}");
+        assert_eq!(ended.robot("b")["incarnation"], restarts, "{ended}");
+        let limits = ended.report["events"].as_array().unwrap().iter().filter(|event| event["kind"] == "restart-limit");
+        assert_eq!(limits.count(), usize::from(policy == "always"), "{ended}");
+        assert_clean(&root);
+        for life in 0..=restarts {
+            std::fs::remove_file(dir.path().join(format!("end-{life}"))).unwrap();
+        }
     }
 }

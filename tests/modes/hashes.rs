@@ -53,6 +53,7 @@ fn with_everything_that_the_timeline_can_do() {
             "left",
             "killed",
             "restarted",
+            "restart-limit",
             "paused",
             "resumed",
             "radio",
@@ -163,8 +164,11 @@ const TIMELINE: &str = r#"
     start_m = [-8, 8]
     goal_m = [8, -8]
     kind = "unicycle"
-    restart = "on-failure"
+    restart = "always"
+    restart_limit = 1
+    restart_window_s = 3
     restart_delay_s = 0.3
+    restart_backoff = 2
     [[robot]]
     id = "arm"
     kind = "two-link-arm"
@@ -189,6 +193,14 @@ const TIMELINE: &str = r#"
     robot = "late"
     [[event]]
     at_s = 4
+    kind = "kill"
+    robot = "late"
+    [[event]]
+    at_s = 7.5
+    kind = "kill"
+    robot = "late"
+    [[event]]
+    at_s = 9
     kind = "kill"
     robot = "late"
     [[event]]

@@ -163,6 +163,26 @@ fn the_last_life_is_the_last() {
     assert_eq!(run.report().per_robot[4].gone, Some(Gone::Dead));
 }
 
+/// Restarts count for the limit and for the delay while they are in the window, in simulated time.
+#[test]
+fn a_window_and_growing_delays() {
+    let defaults = "restart = \"on-failure\"\nrestart_limit = 2\nrestart_window_s = 6\nrestart_delay_s = 0.2\n\
+                    restart_backoff = 3";
+    let kills: String = [1.0, 2.0, 7.5, 8.2].map(|at_s| event(at_s, "kill", "r04", "")).concat();
+    let run = ring(1, &kills, defaults);
+    let ticks = |kind| run.events(4, kind).map(|event| event.tick).collect::<Vec<_>>();
+    // 0.2 s after the first, three times that after the second; at 7.5 s the first does not count, and at 8.2 s the second
+    // does not.
+    assert_eq!(ticks(EventName::Restarted), [60, 130, 405, 440], "{:?}", ticks(EventName::Killed));
+    assert!(ticks(EventName::RestartLimit).is_empty());
+    let run = ring(1, &(kills + &event(9.0, "kill", "r04", "")), defaults);
+    let ticks = |kind| run.events(4, kind).map(|event| event.tick).collect::<Vec<_>>();
+    assert_eq!((ticks(EventName::RestartLimit), ticks(EventName::Restarted).len()), (vec![450], 4));
+    let report = run.report();
+    let limit = report.events.iter().find(|event| event.kind == EventName::RestartLimit).expect("it is in the report");
+    assert_eq!(limit.detail, "2 restarts within 300 ticks, which is its restart_limit: it stays dead");
+}
+
 /// Before it joins there is nothing of it: not for sensors, not for the radio, not for the clock.
 #[test]
 fn a_late_joiner_is_nobody_before_its_tick() {

@@ -187,7 +187,8 @@ pub(crate) fn agreement(fleet: &Fleet) {
             (RobotState::Paused { .. }, ProcessState::Running | ProcessState::Stopped | ProcessState::Paused) => {
                 same && runs
             }
-            (RobotState::Dead { returns: None } | RobotState::Dropped, ProcessState::Dead) => !runs,
+            (RobotState::Dead { returns: None }, ProcessState::Dead | ProcessState::RestartLimit) => !runs,
+            (RobotState::Dropped, ProcessState::Dead) => !runs,
             (RobotState::Left, ProcessState::Left) => true,
             _ => false,
         };
@@ -218,8 +219,7 @@ pub(crate) fn nobody_is_lost(fleet: &Fleet) {
             RobotState::Left => said(&[EventName::Left]),
             RobotState::Dropped => said(&[EventName::Dropped]),
             RobotState::Dead { returns: None } => {
-                instance.incarnation == robot.restart.limit
-                    && said(&[EventName::Died, EventName::Killed, EventName::NotStarted, EventName::Deaf])
+                said(&[EventName::Died, EventName::Killed, EventName::NotStarted, EventName::Deaf])
             }
             _ => false,
         };

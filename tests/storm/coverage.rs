@@ -37,6 +37,7 @@ coverage! {
     turns: "turns of processes",
     spawns: "processes started",
     restarts: "of those, restarts",
+    restart_limits: "robots that died at their restart limit",
     not_spawned: "processes that could not be started",
     failed_starts: "processes that fail, hang, or are deaf",
     late_starts: "processes that start late",

@@ -7,6 +7,7 @@ use crate::dice::{Dice, MS};
 use crate::kernel::Kernel;
 use crate::operators::Operators;
 use crate::plan::Plan;
+use crate::restarts;
 use crate::shared::Shared;
 use crate::world::WorldProcess;
 use model::{Mode, Outcome};
@@ -93,6 +94,7 @@ impl Fleet {
         if self.world.world.tick() == self.plan.scenario.clock.ticks_max {
             checks::nobody_is_lost(&self);
         }
+        let restart_limits = restarts::are_by_the_policy(&self);
         checks::tasks_are_kept(&self);
         checks::tasks_are_followed(&mut self);
         checks::nothing_is_missed_in_silence(&self);
@@ -111,6 +113,7 @@ impl Fleet {
         coverage.faults_acknowledged = answers.faults;
         coverage.refused = answers.refused;
         coverage.unconfirmed = answers.unconfirmed;
+        coverage.restart_limits = restart_limits;
         coverage.broken_off = u64::from(self.broken_off);
         Came { trace: self.shared.trace, coverage, outcome }
     }

@@ -6,6 +6,7 @@
 //! plan      the fleet of a seed           weather     what happens to it
 //! fleet     whose turn it is              checks      what has to be true whatever happens
 //! world, agent, daemon                    the processes, a turn at a time: cores, and the loop of a shell
+//! restarts  what policies of restarts come to
 //! kernel, shared, ring                    the machine: processes, memory, messages under way
 //! operators what was asked and answered   coverage    what happened how often
 //! ```
@@ -30,6 +31,7 @@ mod fleet;
 mod kernel;
 mod operators;
 mod plan;
+mod restarts;
 mod ring;
 mod shared;
 mod weather;
@@ -114,6 +116,17 @@ fn a_fleet_weathers_faults_on_purpose() {
     });
     let wanted = [coverage.faults_asked, coverage.faults_acknowledged, coverage.faults, coverage.faults_over];
     assert!(wanted.iter().all(|times| *times > 100), "{coverage}");
+}
+
+/// The same with robots of which each has its own restart policy: with a limit, a window, and delays that grow.
+#[test]
+fn a_fleet_weathers_restart_policies() {
+    let mut coverage = Coverage::default();
+    seeds(0..200, |seed| {
+        let came = Fleet::new(seed, Plan::new(seed, None).with_policies(seed)).run();
+        coverage.add(&came.coverage);
+    });
+    assert!(coverage.restart_limits > 100 && coverage.restarts > 500, "{coverage}");
 }
 
 /// What the environment asks for.

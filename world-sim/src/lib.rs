@@ -11,6 +11,7 @@
 //! links       how near links come to what  shortest    the path one could take
 //! shapes      obstacles where they are    grid        who is near whom
 //! ranges      who hears and sees what     contact     swept clearances
+//! restarts    what follows the end of a process
 //! referee     goals, arrival, path        progress    who gets nowhere
 //! faults      what is done on purpose
 //! journal     log and notices
@@ -39,6 +40,7 @@ mod progress;
 mod ranges;
 pub mod recorder;
 mod referee;
+mod restarts;
 mod shapes;
 pub mod shell;
 mod shortest;

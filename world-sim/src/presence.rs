@@ -13,6 +13,7 @@
 //! in the world.
 
 use crate::journal::Journal;
+use crate::restarts::{End, Restarts, Verdict};
 use model::{EventKind, FaultSource, Gone, Restart, RobotIndex, RobotInstance, Silence, StragglerPolicy};
 use protocol::daemon_to_world::Absence;
 use protocol::world_to_daemon::{Notice, Standing};
@@ -81,8 +82,7 @@ pub(crate) struct Presence {
     pub(crate) incarnation: u32,
     /// The tick at which the robot first entered the world.
     pub(crate) joined: Option<u64>,
-    restart: Restart,
-    restarts: u32,
+    restarts: Restarts,
     /// The daemon knows of the entry that this state waits for.
     told: bool,
 }
@@ -95,15 +95,14 @@ impl Presence {
             state: State::Vacant,
             incarnation: 0,
             joined: None,
-            restart: Restart { limit: 0, delay_ticks: 0 },
-            restarts: 0,
+            restarts: Restarts::new(Restart::NEVER),
             told: false,
         }
     }
 
     /// A slot whose robot enters at `at`.
     pub(crate) fn awaited(slot: usize, at: u64, restart: Restart) -> Presence {
-        Presence { state: State::Awaited { at }, restart, ..Presence::vacant(slot) }
+        Presence { state: State::Awaited { at }, restarts: Restarts::new(restart), ..Presence::vacant(slot) }
     }
 
     pub(crate) fn instance(&self) -> RobotInstance {
@@ -194,7 +193,7 @@ impl Presence {
         }
         journal.tell(Notice::Kill { instance: self.instance() });
         journal.note(tick, self.index, EventKind::Killed { source });
-        self.die(tick);
+        self.die(End::Failed, tick, journal);
         Ok(())
     }
 
@@ -259,15 +258,16 @@ impl Presence {
         let waiting_to_enter = matches!(self.state, State::Awaited { .. } | State::Dead { .. });
         match cause {
             Absence::Died { signal, code, words } => {
+                let end = if code == Some(0) { End::Clean } else { End::Failed };
                 journal.note(tick, self.index, EventKind::Died { signal, code, words });
-                self.die(tick);
+                self.die(end, tick, journal);
             }
             Absence::NotStarted { why } if waiting_to_enter => self.not_started(why, tick, journal),
             Absence::Overdue if waiting_to_enter => self.not_started("not ready in time".to_owned(), tick, journal),
             Absence::Deaf { why } => {
                 journal.tell(Notice::Kill { instance });
                 journal.note(tick, self.index, EventKind::Deaf { why });
-                self.die(tick);
+                self.die(End::Failed, tick, journal);
             }
             Absence::Overdue if self.takes_part() || self.due(tick) => {
                 self.straggle(Silence::Overdue, policy, tick, journal);
@@ -277,7 +277,7 @@ impl Presence {
             // The daemon had not heard yet that it has entered.
             Absence::NotStarted { why } => {
                 journal.note(tick, self.index, EventKind::Died { signal: None, code: None, words: why });
-                self.die(tick);
+                self.die(End::Failed, tick, journal);
             }
             Absence::Overdue | Absence::Stopped => {}
         }
@@ -296,7 +296,7 @@ impl Presence {
         // It may still come up, too late: its place is given to the next life, or to nobody.
         journal.tell(Notice::Kill { instance: self.instance() });
         journal.note(tick, self.index, EventKind::NotStarted { why });
-        self.die(tick);
+        self.die(End::Failed, tick, journal);
     }
 
     fn straggle(&mut self, silence: Silence, policy: StragglerPolicy, tick: u64, journal: &mut Journal) {
@@ -313,16 +313,21 @@ impl Presence {
         }
     }
 
-    fn die(&mut self, tick: u64) {
+    fn die(&mut self, end: End, tick: u64, journal: &mut Journal) {
         let before = self.entry().filter(|_| self.joined.is_none());
-        if self.restarts >= self.restart.limit {
-            self.state = State::Dead { returns: None };
-            return;
-        }
-        self.restarts += 1;
+        let delay = match self.restarts.after(end, tick) {
+            Verdict::Again(delay) => delay,
+            verdict => {
+                self.state = State::Dead { returns: None };
+                if verdict == Verdict::LimitReached {
+                    self.give_up(tick, journal);
+                }
+                return;
+            }
+        };
         self.incarnation += 1;
         self.told = false;
-        let at = tick.saturating_add(self.restart.delay_ticks.max(1));
+        let at = tick.saturating_add(delay);
         self.state = match self.joined {
             Some(_) => State::Dead { returns: Some(at) },
             None => State::Awaited { at: at.max(before.unwrap_or(0)) },
@@ -340,6 +345,13 @@ impl Presence {
             State::Dead { returns: None } | State::Dropped => Standing::Dead,
             State::Left => Standing::Left,
         })
+    }
+
+    /// It is not started again, although its policy wants that.
+    fn give_up(&mut self, tick: u64, journal: &mut Journal) {
+        let (restarts, window_ticks) = (self.restarts.recent(), self.restarts.policy().window_ticks);
+        journal.tell(Notice::RestartLimit { instance: self.instance() });
+        journal.note(tick, self.index, EventKind::RestartLimit { restarts, window_ticks });
     }
 
     /// Whether the present life has a process, or one on its way.

@@ -43,7 +43,7 @@ fn rings(count: usize) -> Scenario {
         radio_hysteresis_m: 0.1,
         sees_robots: true,
         knows_map: false,
-        restart: Restart { limit: 0, delay_ticks: 0 },
+        restart: Restart::NEVER,
         agent: None,
     };
     let motion = Motion::Orbit { center: [9.0, 8.0].into(), radius_m: 4.0, omega_radps: 1.0, phase_rad: 0.0 };

@@ -138,7 +138,7 @@ fn fleet_text(page: &mut Page, shown: &Shown<'_>, status: &Status) {
     let columns = [
         Column::left("robot", 0, 32),
         Column::right("pid", 1),
-        Column::left("state", 0, 10),
+        Column::left("state", 0, 13),
         Column::right("restarts", 5),
         Column::right("position m", 2),
         Column::right("goal m", 3),

@@ -124,6 +124,39 @@ fn what_is_said_late_of_a_process_that_has_ended_changes_nothing() {
 }
 
 #[test]
+fn a_robot_at_its_restart_limit_is_shown_as_such_whatever_comes_late() {
+    let limit = Notice::RestartLimit { instance: instance(0, 0) };
+    // The world gives up a robot that has died, or one whose process it has just had killed.
+    for reaped in [true, false] {
+        let mut coordinator = running(&[]);
+        if reaped {
+            coordinator.exited(instance(0, 0), killed(), None, None);
+        } else {
+            coordinator.notice(Notice::Kill { instance: instance(0, 0) });
+        }
+        coordinator.notice(limit.clone());
+        if !reaped {
+            coordinator.notice(Notice::Resume { instance: instance(0, 0) });
+            coordinator.exited(instance(0, 0), killed(), None, None);
+        }
+        assert_eq!(coordinator.members()[0].state, ProcessState::RestartLimit, "reaped before: {reaped}");
+        assert_eq!(coordinator.members()[1].state, ProcessState::Running);
+    }
+    // It can still leave; then that is what it has done.
+    let mut coordinator = running(&[]);
+    coordinator.notice(limit.clone());
+    coordinator.notice(Notice::Left { instance: instance(0, 0) });
+    coordinator.notice(limit);
+    assert_eq!(coordinator.members()[0].state, ProcessState::Left);
+    // A later life is not meant.
+    let mut coordinator = running(&[]);
+    coordinator.exited(instance(0, 0), killed(), None, None);
+    coordinator.notice(Notice::Expect { instance: instance(0, 1), tick: 50 });
+    coordinator.notice(Notice::RestartLimit { instance: instance(0, 0) });
+    assert_eq!(coordinator.members()[0].state, ProcessState::Starting);
+}
+
+#[test]
 fn a_life_that_is_over_before_it_is_started_is_not_started() {
     // The daemon was away, and hears all of this in one batch.
     let heard = |notices: Vec<Notice>, reaped: bool| {

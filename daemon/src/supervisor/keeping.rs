@@ -208,6 +208,7 @@ impl Supervisor {
 fn level_of(kind: EventName) -> Level {
     match kind {
         EventName::Died
+        | EventName::RestartLimit
         | EventName::Held
         | EventName::Dropped
         | EventName::NotStarted

@@ -5,7 +5,7 @@ use crate::types::{Id, Interval, Joints, PlannerName, Pose, Rounds};
 use geometry::Elbow;
 use model::field::{Params, Table};
 use model::kind::{Range, Section};
-use model::{BodyKind, MAX_GOALS, MAX_ROBOTS, choice, keys};
+use model::{BodyKind, MAX_GOALS, MAX_ROBOTS, RestartPolicy, choice, keys};
 use nalgebra::Point2;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -169,14 +169,6 @@ keys! {
     }
 }
 
-choice! {
-    /// When a process that ended is started again.
-    pub(crate) enum RestartPolicy {
-        Never = "never",
-        OnFailure = "on-failure",
-    }
-}
-
 keys! {
     /// What robots, kinds and defaults can have.
     pub(crate) keys Body {
@@ -210,12 +202,19 @@ keys! {
         sees_robots: bool = true, "";
         /// Whether the planner knows the map of fixed obstacles.
         knows_map: bool = false, "";
-        /// Whether the process is restarted when it exits unexpectedly.
+        /// Whether the process is restarted when it ends without having been asked to: never; on-failure: after a
+        /// signal, an exit code other than 0, or a failed start; always: after exit code 0 as well.
         restart: RestartPolicy = RestartPolicy::Never, "";
-        /// Maximum number of restarts, with `restart = "on-failure"`.
+        /// Maximum number of restarts within restart_window_s. After that the robot stays dead.
         restart_limit: u32 = 3, "", 1..=1000;
+        /// Restarts older than this do not count, neither for restart_limit nor for restart_backoff; simulated time.
+        restart_window_s: f64 => "the whole run", "s", Range::POSITIVE;
         /// Delay before a restart.
         restart_delay_s: f64 = 1.0, "s", Range::NOT_NEGATIVE;
+        /// Factor from the delay of one restart to that of the next within restart_window_s.
+        restart_backoff: f64 = 1.0, "", 1.0..=1000.0;
+        /// Maximum delay before a restart, with restart_backoff.
+        restart_delay_max_s: f64 = f64::INFINITY, "s", Range::UNLIMITED;
         /// The executable to start as its agent: a path, relative to where shoal is started. PATH is not searched.
         agent: String => optional, "", 0..=4096;
     }

@@ -218,7 +218,25 @@ robot = "a"
         TimelineEvent { tick: 150, what: TimelineAction::Radio { robot: Some(0), radio: radio(0, 1.0) } },
     ];
     assert_eq!(scenario.events, expected);
-    assert_eq!(scenario.robots[0].restart, Restart { limit: 2, delay_ticks: 25 });
+    assert_eq!(scenario.robots[0].restart, Restart::on_failure(2, 25));
+}
+
+#[test]
+fn restarts_have_a_policy_a_limit_a_window_and_growing_delays() {
+    let robot = |id: &str, y_m: f64, more: &str| {
+        format!("[[robot]]\nid = \"{id}\"\nstart_m = [0, {y_m}]\ngoal_m = [5, {y_m}]\n{more}\n")
+    };
+    let scenario = scenario(&format!(
+        "[clock]\ntick_hz = 10\n[defaults]\nrestart = \"always\"\nrestart_window_s = 60\nrestart_backoff = 2\n\
+         [kinds.unicycle]\nrestart_limit = 5\nrestart_delay_max_s = 30\n{}{}{}",
+        robot("a", 0.0, "restart = \"never\""),
+        robot("b", 2.0, "restart = \"on-failure\"\nrestart_delay_s = 0"),
+        robot("c", 4.0, "kind = \"unicycle\"\nrestart_delay_s = 0.5"),
+    ));
+    let restarts: Vec<Restart> = scenario.robots.iter().map(|robot| robot.restart).collect();
+    let b = Restart { window_ticks: Some(600), backoff: 2.0, ..Restart::on_failure(3, 1) };
+    let c = Restart { policy: RestartPolicy::Always, limit: 5, delay_ticks: 5, delay_ticks_max: 300, ..b };
+    assert_eq!(restarts, [Restart::NEVER, b, c]);
 }
 
 #[test]

@@ -12,7 +12,7 @@ const SIGNS: &dyn Fn(model::RobotInstance) -> u64 = &|_| 0;
 /// One robot in the world, which is restarted when it dies.
 fn present() -> (World, Attendance) {
     let mut robot = robot(0, [0.0, 0.0], [9.0, 0.0]);
-    robot.restart = Restart { limit: 1, delay_ticks: 3 };
+    robot.restart = Restart::on_failure(1, 3);
     let mut world = World::new(&scenario(vec![robot]));
     tick(&mut world);
     (world, Attendance::new(4, Duration::from_secs(1), 500_000_000))

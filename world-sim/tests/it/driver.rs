@@ -41,7 +41,7 @@ pub(crate) fn robot(slot: usize, start: [f64; 2], goal: [f64; 2]) -> Robot {
         radio_hysteresis_m: 0.5,
         sees_robots: true,
         knows_map: false,
-        restart: Restart { limit: 0, delay_ticks: 0 },
+        restart: Restart::NEVER,
         agent: None,
     }
 }
@@ -181,6 +181,7 @@ impl Driver {
                 Notice::Pause { instance } => ("Pause".to_owned(), *instance),
                 Notice::Resume { instance } => ("Resume".to_owned(), *instance),
                 Notice::Left { instance } => ("Left".to_owned(), *instance),
+                Notice::RestartLimit { instance } => ("RestartLimit".to_owned(), *instance),
                 Notice::Answer { .. } | Notice::Task { .. } | Notice::Standings(_) | Notice::Log(_) => return None,
             };
             (instance.index.0 == slot).then(|| format!("{tick}:{name}.{}", instance.incarnation))

@@ -185,7 +185,7 @@ fn pauses_of_the_timeline_and_of_operators_go_together() {
 #[test]
 fn what_cannot_be_done_is_refused_and_logged() {
     let mut scenario = trio();
-    scenario.robots[2].restart = Restart { limit: 1, delay_ticks: 20 };
+    scenario.robots[2].restart = Restart::on_failure(1, 20);
     scenario.events =
         vec![at(2, TimelineAction::kill(0)), at(2, TimelineAction::Leave { robot: 1 }), at(2, TimelineAction::kill(2))];
     let mut driver = Driver::new(&scenario);

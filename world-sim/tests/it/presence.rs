@@ -1,7 +1,9 @@
 //! Who takes part when, to the tick.
 
 use crate::driver::{Driver, at, instance, robot, scenario};
-use model::{EventName, Gone, Restart, RobotIndex, Scenario, StragglerPolicy, TimelineAction};
+use model::{
+    EventKind, EventName, Gone, Restart, RestartPolicy, RobotIndex, Scenario, StragglerPolicy, TimelineAction,
+};
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::world_to_robot::Odometry;
 
@@ -14,7 +16,7 @@ fn pair() -> Scenario {
 
 fn restarting(limit: u32, delay_ticks: u64) -> Scenario {
     let mut scenario = pair();
-    scenario.robots[0].restart = Restart { limit, delay_ticks };
+    scenario.robots[0].restart = Restart::on_failure(limit, delay_ticks);
     scenario
 }
 
@@ -120,12 +122,61 @@ fn a_process_dies() {
     let story = "0:Expect@0.0 0:Entered.0 5:Expect@7.1 6:Expect@8.2 8:Entered.2";
     check(restarting(2, 2), vec![], vec![died(5, 0), died(6, 1)], &[(0, 4, 0), (8, 19, 2)], story);
     // The limit is used up.
-    let story = "0:Expect@0.0 0:Entered.0 5:Expect@7.1 7:Entered.1";
+    let story = "0:Expect@0.0 0:Entered.0 5:Expect@7.1 7:Entered.1 9:RestartLimit.1";
     check(restarting(1, 2), vec![], vec![died(5, 0), died(9, 1)], &[(0, 4, 0), (7, 8, 1)], story);
     // A first life that cannot start.
     let story = "0:Expect@0.0 0:Kill.0 0:Expect@2.1 2:Entered.1";
     let orders = vec![(0, absent(0, cannot_start()))];
     check(restarting(1, 2), vec![], orders, &[(2, 19, 1)], story);
+}
+
+#[test]
+fn a_policy_says_which_ends_are_followed_by_a_restart_and_how_soon() {
+    let ended = |tick, incarnation, code| {
+        (tick, absent(incarnation, Absence::Died { signal: None, code: Some(code), words: String::new() }))
+    };
+    // An agent that ends by itself with code 0 has not failed.
+    let ends = vec![ended(5, 0, 0)];
+    check(restarting(3, 2), vec![], ends.clone(), &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0");
+    let with = |change: &dyn Fn(&mut Restart)| {
+        let mut scenario = restarting(3, 2);
+        change(&mut scenario.robots[0].restart);
+        scenario
+    };
+    let always = with(&|restart| restart.policy = RestartPolicy::Always);
+    check(always, vec![], ends, &[(0, 4, 0), (7, 19, 1)], "0:Expect@0.0 0:Entered.0 5:Expect@7.1 7:Entered.1");
+    // Each delay is twice the one before.
+    let doubled = with(&|restart| restart.backoff = 2.0);
+    let ends = vec![ended(2, 0, 1), ended(5, 1, 1), ended(10, 2, 1)];
+    let story =
+        "0:Expect@0.0 0:Entered.0 2:Expect@4.1 4:Entered.1 5:Expect@9.2 9:Entered.2 13:Expect@18.3 18:Entered.3";
+    check(doubled, vec![], ends, &[(0, 1, 0), (4, 4, 1), (9, 9, 2), (18, 19, 3)], story);
+}
+
+#[test]
+fn a_robot_whose_restart_limit_is_reached_stays_dead_and_the_daemon_is_told() {
+    let ends = vec![(2, absent(0, DIED)), (4, absent(1, DIED)), (6, absent(2, DIED))];
+    let window = |ticks| {
+        let mut scenario = restarting(1, 1);
+        scenario.robots[0].restart.window_ticks = ticks;
+        scenario
+    };
+    let first = "0:Expect@0.0 0:Entered.0 2:Expect@3.1 3:Entered.1";
+    for ticks in [None, Some(3)] {
+        let story = format!("{first} 4:RestartLimit.1");
+        let driver = check(window(ticks), vec![], ends.clone(), &[(0, 1, 0), (3, 3, 1)], &story);
+        assert_eq!(driver.logged(EventName::RestartLimit, 0), [4]);
+        assert_eq!(driver.world.outcome().robots[0].gone, Some(Gone::Dead));
+        let limit = EventKind::RestartLimit { restarts: 1, window_ticks: ticks };
+        assert!(driver.world.events().iter().any(|event| event.kind == limit));
+    }
+    // Two ticks after a restart it counts no more.
+    let story = format!("{first} 4:Expect@5.2 5:Entered.2 6:Expect@7.3 7:Entered.3");
+    let driver = check(window(Some(2)), vec![], ends, &[(0, 1, 0), (3, 3, 1), (5, 5, 2), (7, 19, 3)], &story);
+    assert_eq!(driver.logged(EventName::RestartLimit, 0), []);
+    // Without a policy there is no limit to reach.
+    let driver = check(pair(), vec![], vec![(2, absent(0, DIED))], &[(0, 1, 0)], "0:Expect@0.0 0:Entered.0");
+    assert_eq!(driver.logged(EventName::RestartLimit, 0), []);
 }
 
 #[test]

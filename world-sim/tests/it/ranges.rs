@@ -2,7 +2,7 @@
 
 use crate::driver::{Driver, at, robot, scenario};
 use geometry::{Capsule, Polygon};
-use model::{AtEnd, Motion, Obstacle, Radio, RobotIndex, Scenario, Shape, TimelineAction};
+use model::{AtEnd, Motion, Obstacle, Radio, Restart, RobotIndex, Scenario, Shape, TimelineAction};
 use nalgebra::Point2;
 use proptest::prelude::*;
 use protocol::world_to_robot::NeighborRef;
@@ -98,7 +98,7 @@ fn every_body_is_heard_or_seen_but_never_both() {
 #[test]
 fn a_restarted_neighbour_is_heard_in_its_new_life() {
     let mut scenario = scenario(vec![robot(0, [0.0, 0.0], [0.0, 9.0]), robot(1, [1.0, 0.0], [1.0, 9.0])]);
-    scenario.robots[1].restart.limit = 1;
+    scenario.robots[1].restart = Restart::on_failure(1, 0);
     scenario.events = vec![at(3, TimelineAction::kill(1))];
     let mut driver = Driver::new(&scenario);
     let lives: Vec<Option<u32>> = (0..7)
