@@ -20,13 +20,18 @@ pub fn check(scenario: &Scenario) -> Result<(), Error> {
         ("the daemon".to_owned(), of_daemon() + inherited),
         (format!("the world, with {robots} robots,"), of_world(robots)),
     ];
-    if of_agent(robots.saturating_sub(1)) > limit {
-        let heard = World::new(scenario).foreseen().into_iter().map(|(slot, neighbors)| (neighbors.len(), slot));
-        if let Some((heard, slot)) = heard.max() {
-            needs.push((format!("robot `{}`, which hears {heard} others,", scenario.robots[slot].id), of_agent(heard)));
-        }
+    if of_agent(robots.saturating_sub(1)) > limit
+        && let Some((id, heard)) = hears_most(scenario)
+    {
+        needs.push((format!("robot `{id}`, which hears {heard} others,"), of_agent(heard)));
     }
     refuse(&needs, limit)
+}
+
+/// The robot that hears most others at the start, and how many; `None` where nobody hears anybody.
+pub(crate) fn hears_most(scenario: &Scenario) -> Option<(String, usize)> {
+    let heard = World::new(scenario).foreseen().into_iter().map(|(slot, neighbors)| (neighbors.len(), slot));
+    heard.max().map(|(heard, slot)| (scenario.robots[slot].id.clone(), heard))
 }
 
 fn refuse(needs: &[(String, u64)], limit: u64) -> Result<(), Error> {

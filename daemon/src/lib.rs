@@ -8,6 +8,7 @@
 //! processes       children, started, watched, reaped     logs         what they print
 //! executables     agents of one's own                    scheduling   processors and classes of the processes
 //! limits          what containers and users may have     descriptors  open files
+//! rlimits         what a scenario lets agents have
 //! signals         those that ask for the end             status       what `ps` shows
 //! error           why it cannot be done
 //! ```
@@ -25,6 +26,7 @@ pub mod janitor;
 pub mod limits;
 mod logs;
 pub mod processes;
+mod rlimits;
 pub mod scheduling;
 pub mod service;
 pub mod signals;

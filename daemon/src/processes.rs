@@ -5,6 +5,7 @@ use crate::error::{Error, Kind};
 use crate::executables::{Executables, cannot_start};
 use crate::logs::Logs;
 pub use crate::logs::Spoken;
+use crate::rlimits::limit;
 use crate::scheduling::schedule;
 use bus::{Address, Gate};
 use model::{ProcessState, Processes, RobotInstance};
@@ -145,6 +146,9 @@ impl Children {
                 Who::Agent(_) => &self.scheduling.agents,
             },
         );
+        if let Who::Agent(_) = who {
+            limit(&mut command, self.scheduling.agent_limits);
+        }
         let log = self.logs.create(&log_of(who), speaker)?;
         command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
         let id = command.spawn()?.id();

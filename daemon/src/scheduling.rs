@@ -267,7 +267,7 @@ mod tests {
         let before = (sched_getaffinity(None).unwrap(), class_of_this_thread());
         let cpus = vec![*processors_of_this_process().unwrap().first().unwrap()];
         let wish = Scheduling { cpus, class: Some(Class::Batch) };
-        check(&Processes { world: wish.clone(), agents: wish }).unwrap();
+        check(&Processes { world: wish.clone(), agents: wish, ..Processes::default() }).unwrap();
         assert_eq!((sched_getaffinity(None).unwrap(), class_of_this_thread()), before);
     }
 

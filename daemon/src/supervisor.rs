@@ -15,6 +15,7 @@ use crate::executables::Executables;
 use crate::guardian::Guardian;
 use crate::janitor::Janitor;
 use crate::processes::{Change, Children, Who, now};
+use crate::rlimits;
 use crate::service::{Entry, Level};
 use crate::service::{Service, wall_ms};
 use crate::signals::Signals;
@@ -145,6 +146,7 @@ fn run_as(
     crate::scheduling::check(&scenario.processes)?;
     crate::limits::check(&scenario)?;
     crate::descriptors::check(&scenario)?;
+    rlimits::check(&scenario)?;
     // First of all: whoever ends the run from here on finds somebody who cleans.
     let signals = Signals::install()
         .map_err(|error| Error::new(Kind::Process, format!("signals: cannot install handlers: {error}")))?;
@@ -364,6 +366,8 @@ impl Supervisor {
                 (Who::Agent(instance), Change::Ended(ending)) => {
                     let words = self.children.last_words(who, now()).filter(|_| ending.code != Some(0));
                     let words = full_memory(ending).or(words);
+                    let limits = self.coordinator.scenario().processes.agent_limits;
+                    let words = words.map(|words| rlimits::explain(limits, words));
                     self.coordinator.exited(instance, ending, words, self.gate.deaf_to(instance));
                     self.bury(instance);
                 }

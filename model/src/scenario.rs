@@ -161,13 +161,24 @@ choice! {
     }
 }
 
-/// How the processes of a fleet are scheduled. The trajectories do not depend on it.
+/// How the processes of a fleet are scheduled, and what they may use. The trajectories do not depend on it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Processes {
     /// The world's process.
     pub world: Scheduling,
     /// The process of every robot, in all its lives.
     pub agents: Scheduling,
+    /// Limits of the process of every robot.
+    pub agent_limits: ProcessLimits,
+}
+
+/// What one process may use at most. `None` is what the process that starts it may use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProcessLimits {
+    /// Private writable memory, MiB.
+    pub memory_mib: Option<u32>,
+    /// Open files.
+    pub files: Option<u32>,
 }
 
 /// Where a process runs, and which processes it has to let pass.

@@ -178,7 +178,9 @@ fn resources_of(facts: &RunFacts) -> ResourcesReport {
 /// A process that cannot be scheduled as the scenario says does not start: so what it says is what was.
 fn scheduling_of(facts: &RunFacts) -> Option<SchedulingReport> {
     let scenario = &facts.scenario;
-    if scenario.clock.mode == Mode::Single || scenario.processes == Processes::default() {
+    let Processes { world, agents, .. } = &scenario.processes;
+    let is_inherited = *world == Scheduling::default() && *agents == Scheduling::default();
+    if scenario.clock.mode == Mode::Single || is_inherited {
         return None;
     }
     let of = |scheduling: &Scheduling| ProcessScheduling {
@@ -186,7 +188,7 @@ fn scheduling_of(facts: &RunFacts) -> Option<SchedulingReport> {
         class: scheduling.class.map(|class| class.word().to_owned()),
         priority: scheduling.class.and_then(Class::priority),
     };
-    Some(SchedulingReport { world: of(&scenario.processes.world), agents: of(&scenario.processes.agents) })
+    Some(SchedulingReport { world: of(world), agents: of(agents) })
 }
 
 /// How often time stood still, and for how long in all, ms.

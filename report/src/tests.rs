@@ -299,6 +299,7 @@ fn processors_and_classes_are_told_where_there_are_processes() {
         facts.scenario.processes = Processes {
             world: Scheduling { cpus: vec![0], class: Some(Class::Fifo { priority: 20 }) },
             agents: Scheduling { cpus: vec![0, 1, 3], class: None },
+            ..Processes::default()
         };
         assemble(facts)
     };

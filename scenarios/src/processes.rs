@@ -1,16 +1,21 @@
-//! How the processes of a fleet are scheduled. Whether a machine allows it is for the daemon to find out.
+//! How the processes of a fleet are scheduled, and what they may use. Whether a machine allows it is for the daemon to find out.
 
 use crate::node::Node;
 use crate::problems::Report;
-use crate::table::{self, Root, Scheduling as Keys};
-use model::{Class, ClassName, Processes, Scheduling};
+use crate::table::{self, AgentLimits, Root, Scheduling as Keys};
+use model::{Class, ClassName, ProcessLimits, Processes, Scheduling};
 
 /// Reads `[processes]`.
 pub(crate) fn read(root: &Node, report: &mut Report) -> Processes {
     let node = root.node(Root::processes);
     let mut of =
         |whose| node.and_then(|node| node.node(whose)).map_or_else(Scheduling::default, |node| one(node, report));
-    Processes { world: of(table::Processes::world), agents: of(table::Processes::agents) }
+    let (world, agents) = (of(table::Processes::world), of(table::Processes::agents));
+    let agent_limits = node.and_then(|node| node.node(table::Processes::agents)).map(|node| ProcessLimits {
+        memory_mib: node.get(AgentLimits::memory_mib_max),
+        files: node.get(AgentLimits::files_max),
+    });
+    Processes { world, agents, agent_limits: agent_limits.unwrap_or_default() }
 }
 
 fn one(node: &Node, report: &mut Report) -> Scheduling {

@@ -41,7 +41,7 @@ keys! {
         clock: Table => optional, "", &CLOCK;
         /// Capacity and time limits of the fleet.
         fleet: Table => optional, "", &FLEET;
-        /// Processors and scheduling classes of the processes.
+        /// Processors, scheduling classes and limits of the processes.
         processes: Table => optional, "", &PROCESSES;
         /// Faults of the radio, from the start.
         radio: Table => optional, "", &RADIO;
@@ -129,7 +129,7 @@ keys! {
 
 static PROCESSES: Section = Section {
     title: "[processes]",
-    help: "Processors and scheduling classes of the fleet's processes. Ignored by `single`, which has no processes.",
+    help: "Processors, scheduling classes and limits of the fleet's processes. Ignored by `single`, which has no processes.",
     tag: None,
     groups: &[Processes::KEYS],
 };
@@ -151,7 +151,7 @@ static PROCESSES_AGENTS: Section = Section {
     title: "[processes.agents]",
     help: "The process of every robot.",
     tag: None,
-    groups: &[Scheduling::KEYS],
+    groups: &[Scheduling::KEYS, AgentLimits::KEYS],
 };
 
 keys! {
@@ -163,6 +163,17 @@ keys! {
         scheduling: ClassName => "that of shoal itself", "";
         /// Real-time priority; only with fifo and rr.
         priority: u8 => "1", "", 1..=99;
+    }
+}
+
+keys! {
+    /// What the process of a robot may use.
+    pub(crate) keys AgentLimits {
+        /// Maximum private writable memory of the process, RLIMIT_DATA: heap, stacks of its threads, variables. The
+        /// executable and shared memory do not count.
+        memory_mib_max: u32 => "that of shoal itself", "MiB", 1..=1_048_576;
+        /// Maximum number of open files of the process, RLIMIT_NOFILE.
+        files_max: u32 => "that of shoal itself", "", 1..=1_048_576;
     }
 }
 

@@ -19,6 +19,7 @@ mod metrics;
 mod operators;
 mod places;
 mod processes;
+mod rlimits;
 mod scheduling;
 mod service;
 mod signals;

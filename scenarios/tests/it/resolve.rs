@@ -31,7 +31,11 @@ fn presets() {
 #[test]
 fn processes_of_the_world_and_of_the_agents() {
     let check = |lines: &str, world: Scheduling, agents: Scheduling| {
-        assert_eq!(scenario(&format!("{lines}\n{}", alone(""))).processes, Processes { world, agents }, "{lines}");
+        assert_eq!(
+            scenario(&format!("{lines}\n{}", alone(""))).processes,
+            Processes { world, agents, ..Processes::default() },
+            "{lines}"
+        );
     };
     let inherited = Scheduling::default;
     let class = |class| Scheduling { class: Some(class), ..inherited() };
@@ -47,6 +51,10 @@ fn processes_of_the_world_and_of_the_agents() {
     let scenario = with(&alone(""), &Overrides { set, ..Overrides::default() });
     assert_eq!(scenario.processes.agents.cpus, [1]);
     assert_eq!(scenario.processes.world, class(Class::Fifo { priority: 1 }));
+    let set = ["processes.agents.memory_mib_max=64", "processes.agents.files_max=100"].map(str::to_owned).to_vec();
+    let scenario = with(&alone(""), &Overrides { set, ..Overrides::default() });
+    let agent_limits = ProcessLimits { memory_mib: Some(64), files: Some(100) };
+    assert_eq!(scenario.processes, Processes { agent_limits, ..Processes::default() });
 }
 
 #[test]
