@@ -14,7 +14,6 @@ use daemon::supervisor::{self, Finished, Watch};
 use model::{Mode, Outcome, RobotIndex, Scenario};
 use protocol::world_to_daemon::Notice;
 use report::{ProcessFacts, RobotFacts, RunFacts, measured};
-use scenarios::Overrides;
 use std::ffi::OsStr;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -33,14 +32,7 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
             Failure::usage("`--filter half-gap` is not built yet").hint("run without a filter: `--filter none`")
         );
     }
-    let overrides = Overrides {
-        mode: options.mode.map(Mode::from),
-        planner: options.planner.clone(),
-        robots: options.robots,
-        seed: options.seed,
-        duration_s: options.duration,
-        set: options.set.clone(),
-    };
+    let overrides = options.changes.overrides(options.mode.map(Mode::from), options.duration);
     let scenario = source::load(&options.scenario, &overrides)?;
     if !scenario.warnings.is_empty() {
         out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));

@@ -3,6 +3,7 @@
 use super::values::parse_duration;
 use super::{DEFAULT_SCENARIO, Format};
 use clap::{Args, ValueEnum};
+use scenarios::Overrides;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -29,24 +30,15 @@ pub struct RunArgs {
     /// Clock mode; by default the one of the scenario
     #[arg(long, value_name = "MODE")]
     pub mode: Option<ModeArg>,
-    /// Planner of every robot; `shoal planners` lists them
-    #[arg(long, value_name = "NAME")]
-    pub planner: Option<String>,
-    /// Number of robots, for scenarios with a layout
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub robots: Option<usize>,
-    /// Random seed
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub seed: Option<u64>,
+    /// What the scenario is to be instead.
+    #[command(flatten)]
+    pub changes: ChangeArgs,
     /// End after this much simulated time: 60s, 1.5m, 500ms, or seconds
     #[arg(long, value_name = "TIME", value_parser = parse_duration, allow_hyphen_values = true)]
     pub duration: Option<f64>,
     /// Safety filter between planner and robot
     #[arg(long, value_name = "FILTER", default_value = "none")]
     pub filter: FilterArg,
-    /// Set any key of the scenario, as in clock.tick_hz=100; may be repeated
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
     /// Write the report to this file as JSON; `-` is standard output, instead of the text
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
@@ -56,6 +48,31 @@ pub struct RunArgs {
     /// Format of the report on standard output
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
+}
+
+/// What `run` and `up` change of a scenario.
+#[derive(Debug, Args)]
+pub struct ChangeArgs {
+    /// Planner of every robot; `shoal planners` lists them
+    #[arg(long, value_name = "NAME")]
+    pub planner: Option<String>,
+    /// Number of robots, for scenarios with a layout
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub robots: Option<usize>,
+    /// Random seed
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+    /// Set any key of the scenario, as in clock.tick_hz=100; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+impl ChangeArgs {
+    /// As overrides of a scenario, with its clock mode and its duration, s, if they are to be others.
+    pub fn overrides(&self, mode: Option<model::Mode>, duration_s: Option<f64>) -> Overrides {
+        let ChangeArgs { planner, robots, seed, set } = self;
+        Overrides { mode, planner: planner.clone(), robots: *robots, seed: *seed, duration_s, set: set.clone() }
+    }
 }
 
 /// How the processes keep time.

@@ -1,7 +1,7 @@
 //! Fleets that are left running: `up`, `down`, `logs`.
 
 use super::values::parse_duration;
-use super::{FleetArg, Format};
+use super::{ChangeArgs, FleetArg, Format};
 use clap::{Args, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -44,18 +44,9 @@ pub struct UpArgs {
     /// Clock mode
     #[arg(long, value_enum, value_name = "MODE", default_value_t)]
     pub mode: ServiceModeArg,
-    /// Planner of every robot; `shoal planners` lists them
-    #[arg(long, value_name = "NAME")]
-    pub planner: Option<String>,
-    /// Number of robots, for scenarios with a layout
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub robots: Option<usize>,
-    /// Random seed
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub seed: Option<u64>,
-    /// Set any key of the scenario, as in fleet.max_robots=40; may be repeated
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
+    /// What the scenario is to be instead.
+    #[command(flatten)]
+    pub changes: ChangeArgs,
     /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,

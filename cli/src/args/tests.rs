@@ -53,7 +53,7 @@ fn run_takes_what_the_contract_says() {
     assert_eq!(run.scenario, "ring.toml");
     assert_eq!(run.mode, Some(ModeArg::Lockstep));
     assert_eq!(run.duration, Some(60.0));
-    assert_eq!(run.set, ["a.b=1", "c=-2"]);
+    assert_eq!(run.changes.set, ["a.b=1", "c=-2"]);
     assert_eq!(run.format, Format::Json);
     let Ok(Verb::Run(run)) = parse("shoal run") else { panic!() };
     assert_eq!((run.scenario, run.mode, run.format), (DEFAULT_SCENARIO.into(), None, Format::Text));

@@ -55,14 +55,7 @@ impl Fleet {
             return Err(Failure::environment(format!("no fleet{wanted} runs without a daemon"))
                 .hint("`shoal ps` shows the fleets; with a SCENARIO, `shoal up --adopt` starts it if there is none"));
         };
-        let overrides = Overrides {
-            mode: Some(Mode::from(options.mode)),
-            planner: options.planner.clone(),
-            robots: options.robots,
-            seed: options.seed,
-            duration_s: None,
-            set: options.set.clone(),
-        };
+        let overrides = options.changes.overrides(Some(Mode::from(options.mode)), None);
         let mut scenario = source::load(source, &overrides)?;
         if !scenario.warnings.is_empty() {
             out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
