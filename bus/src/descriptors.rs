@@ -13,8 +13,8 @@ pub const PER_BOARD: u64 = 5;
 const WORLD: u64 = 20;
 /// An agent besides those of others: node, the world's board, its own.
 const AGENT: u64 = 17;
-/// The daemon, which opens no robot's board; some of it for operators and for starting processes.
-const DAEMON: u64 = 42;
+/// The daemon, which opens the board of one robot at a time; some of it for operators and for starting processes.
+const DAEMON: u64 = 42 + PER_BOARD;
 /// What is open for a moment while a board is opened.
 const PASSING: u64 = 8;
 

@@ -25,7 +25,8 @@ impl Candidate {
         self.left_m + (goal_m[0] - self.ends_m[0]).hypot(goal_m[1] - self.ends_m[1])
     }
 
-    fn take(&mut self, goal_m: [f64; 2]) {
+    /// It is given this goal.
+    pub fn take(&mut self, goal_m: [f64; 2]) {
         *self = Candidate { left_m: self.cost_m(goal_m), ends_m: goal_m };
     }
 }
@@ -78,6 +79,23 @@ pub fn optimal(mut candidates: Vec<Candidate>, goals_m: &[[f64; 2]], may: &May<'
     assigned
 }
 
+/// A sequential single-item auction (Koenig et al., "The power of sequential single-item auctions for agent coordination", AAAI
+/// 2006, section 4, bids of the rule MiniMax): in each round every candidate bids for every goal that is left, with the length of
+/// its way until it has done that goal as well. The lowest bid of all wins its goal; of equal ones that for the first goal, and of
+/// these that of the first candidate. A goal that no candidate may do has none.
+pub fn auction(mut candidates: Vec<Candidate>, goals_m: &[[f64; 2]], may: &May<'_>) -> Vec<Option<usize>> {
+    let mut assigned = vec![None; goals_m.len()];
+    loop {
+        let left = (0..goals_m.len()).filter(|goal| assigned[*goal].is_none());
+        let bids = left.flat_map(|goal| (0..candidates.len()).map(move |robot| (goal, robot)));
+        let bids = bids.filter(|(goal, robot)| may(*robot, *goal));
+        let bids = bids.map(|(goal, robot)| (candidates[robot].cost_m(goals_m[goal]), goal, robot));
+        let Some((_, goal, winner)) = bids.min_by(|a, b| a.0.total_cmp(&b.0)) else { return assigned };
+        assigned[goal] = Some(winner);
+        candidates[winner].take(goals_m[goal]);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,6 +128,36 @@ mod tests {
         assert_eq!(nearest(vec![at(0.0), at(9.0)], &places(&[1.0, 5.0, 9.0]), ALL), [Some(0), Some(1), Some(1)]);
     }
 
+    /// By hand: robots at 0 and at 10, goals at 4, 7 and 1.
+    ///
+    /// | round | bids of the first | bids of the second | lowest |
+    /// |---|---|---|---|
+    /// | 1 | 4, 7, 1 | 6, 3, 9 | the first, 1 for the goal at 1 |
+    /// | 2 | 1+3 = 4, 1+6 = 7 | 6, 3 | the second, 3 for the goal at 7 |
+    /// | 3 | 1+3 = 4 | 3+3 = 6 | the first, 4 for the goal at 4 |
+    #[test]
+    fn the_lowest_bid_of_each_round_wins_its_goal() {
+        let goals = places(&[4.0, 7.0, 1.0]);
+        assert_eq!(auction(vec![at(0.0), at(10.0)], &goals, ALL), [Some(0), Some(1), Some(0)]);
+        // What a robot has to do counts: with 2.5 m left where it stands, the first bids 6.5 for the goal at 4 in the third
+        // round, against the second robot's 6.
+        let busy = Candidate { left_m: 2.5, ..at(0.0) };
+        assert_eq!(auction(vec![busy, at(10.0)], &goals, ALL), [Some(1), Some(1), Some(0)]);
+        assert_eq!(auction(Vec::new(), &goals, ALL), [None; 3]);
+    }
+
+    #[test]
+    fn of_equal_bids_the_first_goal_and_then_the_first_robot_win() {
+        // Both goals are 1 m from both robots.
+        let goals = places(&[1.0, -1.0]);
+        assert_eq!(auction(vec![at(0.0), at(0.0)], &goals, ALL), [Some(0), Some(1)]);
+        // An auction does not go in the order of the goals: that at -1 is sold first, for 1, and makes that at 6 dearer for the
+        // first robot: 1 + 7 = 8 against 6.5.
+        let (robots, goals) = (vec![at(0.0), at(12.5)], places(&[6.0, -1.0]));
+        assert_eq!(auction(robots.clone(), &goals, ALL), [Some(1), Some(0)]);
+        assert_eq!(nearest(robots, &goals, ALL), [Some(0), Some(0)]);
+    }
+
     #[test]
     fn more_goals_than_robots_are_given_out_in_rounds() {
         let goals = places(&[1.0, 9.0, 2.0, 8.0, 5.5]);
@@ -125,6 +173,7 @@ mod tests {
         let goals = places(&[0.0, 5.0, 9.0]);
         assert_eq!(optimal(vec![at(0.0), at(9.0)], &goals, may), [Some(1), None, Some(0)]);
         assert_eq!(nearest(vec![at(0.0), at(9.0)], &goals, may), [Some(1), None, Some(0)]);
+        assert_eq!(auction(vec![at(0.0), at(9.0)], &goals, may), [Some(1), None, Some(1)]);
     }
 
     /// Against every permutation, for up to five of each.

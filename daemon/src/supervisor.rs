@@ -3,13 +3,14 @@
 
 mod ending;
 mod keeping;
+mod places;
 mod takeover;
 mod worlds;
 
 pub use ending::Finished;
 pub use takeover::Orphan;
 
-use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, Place, Robots, Signal};
+use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, Robots, Signal};
 use crate::error::{Error, Kind};
 use crate::executables::Executables;
 use crate::guardian::Guardian;
@@ -27,11 +28,12 @@ use bus::{
 use ending::full_memory;
 use keeping::Keeper;
 use model::{RobotIndex, RobotInstance, Scenario};
+use places::Bids;
 use protocol::FLEET_VERSION;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
-use protocol::operator_to_daemon::{Assign, Reply, Request, Status};
+use protocol::operator_to_daemon::{Assign, NewTasks, Reply, Request, Status};
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -282,7 +284,7 @@ impl Supervisor {
             self.look();
             self.follow_world();
             if self.coordinator.wants_places() {
-                self.coordinator.tell_places(self.places());
+                self.coordinator.tell_places(self.places(Bids::Unread));
             }
             self.hear();
             self.serve();
@@ -310,7 +312,12 @@ impl Supervisor {
 
     /// Takes what the world has said.
     pub(crate) fn hear(&mut self) {
+        let mut bids_are_read = false;
         while let Some(notice) = self.notices.take() {
+            if !bids_are_read && self.coordinator.wants_bids(&notice) {
+                self.coordinator.tell_places(self.places(Bids::Read));
+                bids_are_read = true;
+            }
             if let Notice::Log(event) = &notice {
                 self.keep_event(event);
             }
@@ -481,8 +488,14 @@ impl Supervisor {
                 // An operator who went believes that nothing was done.
                 _ if !responder.is_awaited() => continue,
                 request => {
-                    if matches!(request, Request::Task(new) if !matches!(new.assign, Assign::Robot(_))) {
-                        self.coordinator.tell_places(self.places());
+                    match request {
+                        Request::Task(NewTasks { assign: Assign::Auction, .. }) => {
+                            self.coordinator.tell_places(self.places(Bids::Read));
+                        }
+                        Request::Task(NewTasks { assign: Assign::Nearest | Assign::Optimal, .. }) => {
+                            self.coordinator.tell_places(self.places(Bids::Unread));
+                        }
+                        _ => {}
                     }
                     let (observer, robots) = (&self.observer, &self.coordinator.scenario().robots);
                     let bodies: Vec<(RobotIndex, Odometry, f64)> = (self.coordinator.members().iter())
@@ -506,17 +519,6 @@ impl Supervisor {
         }
         let noise = self.operators.noise();
         self.coordinator.noise(noise.count, &noise.newest, now());
-    }
-
-    /// Where the robots are, and where they are going.
-    fn places(&self) -> Vec<Option<Place>> {
-        let place = |member: &crate::coordinator::Member| {
-            let odometry = member.in_world().then(|| self.observer.odometry(member.instance.index))?;
-            let goal_m = [odometry.goal_x_m, odometry.goal_y_m];
-            let arrived = odometry.has(Odometry::FLAG_ARRIVED);
-            Some(Place { at_m: [odometry.x_m, odometry.y_m], goal_m: (!arrived).then_some(goal_m) })
-        };
-        self.coordinator.members().iter().map(place).collect()
     }
 
     fn status(&self) -> Status {

@@ -54,6 +54,9 @@ pub enum Assign {
     Nearest,
     /// The robots for which the sum of these ways is the least: at most one goal for each, as far as there are robots.
     Optimal,
+    /// Goal by goal the lowest bid of all robots and all goals that are left: what a robot itself says that it has left to its
+    /// present goal, and its way from there.
+    Auction,
 }
 
 /// Which tasks.
@@ -147,6 +150,14 @@ pub enum Reply {
     /// so.
     Unconfirmed {
         /// What waits.
+        problem: String,
+        /// What to do about it.
+        hint: String,
+    },
+    /// It could not be done, because of something that the request has nothing to do with, like a full disk. Nothing has
+    /// changed.
+    Failed {
+        /// What is wrong.
         problem: String,
         /// What to do about it.
         hint: String,

@@ -25,4 +25,5 @@ mod service;
 mod signals;
 mod standstill;
 mod support;
+mod tasks;
 mod timeline;

@@ -11,12 +11,13 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 /// A fleet in the background, which ends with the test.
-struct Service {
+pub(crate) struct Service {
     directory: TempDir,
     name: String,
     scenario: String,
-    root: PathBuf,
+    pub(crate) root: PathBuf,
     up: Value,
+    env: Vec<(String, String)>,
     _permit: Permit,
 }
 
@@ -24,12 +25,17 @@ impl Service {
     /// A fleet of this number of robots on lanes of 2 m, restarted if they die.
     fn up(robots: usize) -> Service {
         let more = "[fleet]\ncommand_timeout_s = 30\n[defaults]\nrestart = \"on-failure\"\nrestart_delay_s = 0.2\n";
-        let scenario = lanes(robots, 2.0).replacen("[defaults]\n", more, 1);
+        Service::of(lanes(robots, 2.0).replacen("[defaults]\n", more, 1), &[])
+    }
+
+    /// A fleet of this scenario, whose processes have this in their environment.
+    pub(crate) fn of(scenario: String, env: &[(&str, &str)]) -> Service {
+        let env = env.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
         let directory = TempDir::with_prefix("shoal-e2e-").unwrap();
         let name = directory.path().file_name().unwrap().to_str().unwrap().to_owned();
         std::fs::write(directory.path().join("scenario.toml"), &scenario).unwrap();
         let mut service =
-            Service { directory, name, scenario, root: PathBuf::new(), up: Value::Null, _permit: Permit::take(1) };
+            Service { directory, name, scenario, root: PathBuf::new(), up: Value::Null, env, _permit: Permit::take(1) };
         service.start();
         service
     }
@@ -43,6 +49,7 @@ impl Service {
         let mut command = Command::new(SHOAL);
         command.arg("up").arg(self.directory.path().join("scenario.toml")).args(["--name", name, "--state"]);
         command.arg(self.state()).args(["--format", "json"]);
+        command.envs(self.env.iter().map(|(key, value)| (key, value)));
         command
     }
 
@@ -59,20 +66,20 @@ impl Service {
         self.directory.path().join("state")
     }
 
-    fn ask(&self, args: &[&str]) -> Ended {
+    pub(crate) fn ask(&self, args: &[&str]) -> Ended {
         shoal(&[args, &["--fleet", &self.name]].concat())
     }
 
-    fn json(&self, args: &[&str]) -> Value {
+    pub(crate) fn json(&self, args: &[&str]) -> Value {
         self.ask(&[args, &["--format", "json"]].concat()).expect(0).report
     }
 
-    fn daemon(&self) -> u32 {
+    pub(crate) fn daemon(&self) -> u32 {
         self.up["daemon_pid"].as_u64().unwrap() as u32
     }
 
     /// The agent that is the process of a robot now.
-    fn agent(&self, robot: &str) -> Option<u32> {
+    pub(crate) fn agent(&self, robot: &str) -> Option<u32> {
         let ps = self.json(&["ps"]);
         let robots = ps["fleets"][0]["robots"].as_array().unwrap();
         robots.iter().find(|known| known["id"] == robot)?["pid"].as_u64().map(|pid| pid as u32)

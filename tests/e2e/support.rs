@@ -553,8 +553,13 @@ impl PrivateShm {
 
     /// shoal in there.
     pub(crate) fn shoal(&self) -> Command {
+        self.command(SHOAL)
+    }
+
+    /// A program in there.
+    pub(crate) fn command(&self, program: &str) -> Command {
         let mut command = Command::new("nsenter");
-        command.arg("-m").arg("-t").arg(self.holder.id().to_string()).arg("--").arg(SHOAL);
+        command.arg("-m").arg("-t").arg(self.holder.id().to_string()).arg("--").arg(program);
         command
     }
 

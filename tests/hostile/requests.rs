@@ -88,6 +88,7 @@ fn sensible() -> Vec<Request> {
         send(Assign::Robot(robot()), vec![task(None, false)], Some("order-17")),
         send(Assign::Robot(robot()), vec![Task { deadline_s: Some(3.0), ..task(Some(1.5), true) }], None),
         send(Assign::Nearest, vec![task(None, false), Task::to([-4.0, 2.5])], None),
+        send(Assign::Auction, vec![task(None, false), Task::to([-4.0, 2.5])], None),
         send(Assign::Optimal, vec![task(None, false), Task { priority: -3, ..Task::to([-4.0, 2.5]) }], None),
         Request::Tasks(TaskFilter {
             which: vec!["0".to_owned(), "order-17".to_owned()],
@@ -202,6 +203,7 @@ fn hostile(random: &mut Random) -> Request {
             let assign = match random.below(4) {
                 0 => Assign::Nearest,
                 1 => Assign::Optimal,
+                2 => Assign::Auction,
                 _ => Assign::Robot(name(random)),
             };
             let tasks = (0..[1, 1, 2, 0, 200][random.below(5)]).map(|_| task(random)).collect();
@@ -281,7 +283,7 @@ impl Fleet {
         let Ok(request) = codec::decode::<Request>(bytes) else { return Err(false) };
         let place = |slot: usize| {
             let odometry = self.world.odometry(slot);
-            Some(Place { at_m: [odometry.x_m, odometry.y_m], goal_m: None })
+            Some(Place { at_m: [odometry.x_m, odometry.y_m], goal_m: None, says_left_m: Some(1.0) })
         };
         self.coordinator.tell_places((0..self.world.slots()).map(place).collect());
         match self.coordinator.request(&request, &|_, _| None) {
@@ -353,7 +355,10 @@ impl Fleet {
 
 /// What is shown to people and written to logs.
 fn check_words(reply: &Reply) {
-    let (Reply::Refused { problem, hint: Some(text) } | Reply::Unconfirmed { problem, hint: text }) = reply else {
+    let (Reply::Refused { problem, hint: Some(text) }
+    | Reply::Failed { problem, hint: text }
+    | Reply::Unconfirmed { problem, hint: text }) = reply
+    else {
         if let Reply::Refused { problem, hint: None } = reply {
             check_text(problem);
         }

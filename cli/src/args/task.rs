@@ -6,6 +6,18 @@ use clap::{Args, Subcommand, ValueEnum};
 use model::TaskState;
 use std::ffi::OsString;
 
+const SHOW_EXAMPLES: &str = "\
+Examples:
+  shoal task show 17
+  shoal task show order-17 --format json";
+
+const CANCEL_EXAMPLES: &str = "\
+Examples:
+  shoal task cancel 17
+
+The command returns when the robot has dropped the task. Without another goal
+the robot stays where it is.";
+
 /// `shoal task`.
 #[derive(Debug, Subcommand)]
 pub enum TaskVerb {
@@ -14,9 +26,11 @@ pub enum TaskVerb {
     /// List the tasks of a fleet
     List(TaskListArgs),
     /// Show what has become of a task
-    Show(TaskShowArgs),
+    #[command(after_help = SHOW_EXAMPLES)]
+    Show(OneTaskArgs),
     /// Cancel a task
-    Cancel(TaskCancelArgs),
+    #[command(after_help = CANCEL_EXAMPLES)]
+    Cancel(OneTaskArgs),
     /// Wait until tasks are done
     Wait(TaskWaitArgs),
     /// A word that is no verb, or a verb that is not built yet.
@@ -35,6 +49,7 @@ Examples:
   shoal task send --assign nearest 4,-2     the robot with the shortest way
   shoal task send --assign optimal 4,-2 0,3 -5,1
                                             the least sum of ways
+  shoal task send --assign auction 4,-2 0,3 the robots bid for the goals
   shoal task send r03 4,-2 --id order-17    sent twice, it is one task
 
 The command returns when the robots have the tasks. Tasks of robots that were
@@ -92,6 +107,8 @@ pub enum AssignArg {
     Nearest,
     /// The robots with the least sum of ways, at most one goal each as far as there are robots
     Optimal,
+    /// One goal after the other, to the robot with the lowest bid: what it says is left of its way, and the way to the goal
+    Auction,
 }
 
 /// `shoal task list`.
@@ -140,33 +157,9 @@ impl ValueEnum for TaskStateArg {
     }
 }
 
-/// `shoal task show`.
+/// `shoal task show` and `shoal task cancel`.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  shoal task show 17
-  shoal task show order-17 --format json")]
-pub struct TaskShowArgs {
-    /// Which fleet.
-    #[command(flatten)]
-    pub fleet: FleetArg,
-    /// Number of the task, or the name that its sender gave it
-    #[arg(value_name = "TASK")]
-    pub task: String,
-    /// Output format
-    #[arg(long, value_enum, default_value_t)]
-    pub format: Format,
-}
-
-/// `shoal task cancel`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  shoal task cancel 17
-
-The command returns when the robot has dropped the task. Without another goal
-the robot stays where it is.")]
-pub struct TaskCancelArgs {
+pub struct OneTaskArgs {
     /// Which fleet.
     #[command(flatten)]
     pub fleet: FleetArg,

@@ -71,7 +71,7 @@ fn pick(wanted: Option<&str>, ids: &[(&str, Option<&str>)]) -> Result<usize, Fai
 /// Asks the daemon of a fleet.
 ///
 /// # Errors
-/// With exit code 3 when it cannot be asked, does not answer or does not know yet, with 2 when it refuses.
+/// With exit code 3 when it cannot be asked, does not answer, does not know yet, or its machine fails; with 2 when it refuses.
 pub fn ask(address: &Address, request: &Request) -> Result<Reply, Failure> {
     let reply = OperatorClient::new(address).ask(request, PATIENCE).map_err(|error| match request {
         Request::Status => Failure::from(error),
@@ -80,7 +80,9 @@ pub fn ask(address: &Address, request: &Request) -> Result<Reply, Failure> {
     })?;
     match reply {
         Reply::Refused { problem, hint } => Err(Failure::from_text(exit::USAGE, &problem).hints(hint)),
-        Reply::Unconfirmed { problem, hint } => Err(Failure::from_text(exit::ENVIRONMENT, &problem).hint(hint)),
+        Reply::Failed { problem, hint } | Reply::Unconfirmed { problem, hint } => {
+            Err(Failure::from_text(exit::ENVIRONMENT, &problem).hint(hint))
+        }
         reply => Ok(reply),
     }
 }

@@ -1,9 +1,7 @@
 //! `shoal task`: something to do for the robots of a running fleet, and what became of it.
 
 use super::{fleet, unbuilt};
-use crate::args::{
-    AssignArg, Format, TaskCancelArgs, TaskListArgs, TaskSendArgs, TaskShowArgs, TaskVerb, TaskWaitArgs,
-};
+use crate::args::{AssignArg, Format, OneTaskArgs, TaskListArgs, TaskSendArgs, TaskVerb, TaskWaitArgs};
 use crate::exit::{self, Failure};
 use crate::out;
 use bus::{Address, clock};
@@ -39,6 +37,7 @@ fn send(options: &TaskSendArgs) -> Result<i32, Failure> {
     let assign = match (robot, options.assign) {
         (Some(robot), _) => Assign::Robot(robot.to_owned()),
         (None, Some(AssignArg::Optimal)) => Assign::Optimal,
+        (None, Some(AssignArg::Auction)) => Assign::Auction,
         (None, _) => Assign::Nearest,
     };
     let TaskSendArgs { now, priority, deadline: deadline_s, .. } = *options;
@@ -136,7 +135,7 @@ fn table_text(records: &[TaskRecord], width: usize) -> String {
     page.into_text()
 }
 
-fn show(options: &TaskShowArgs) -> Result<(), Failure> {
+fn show(options: &OneTaskArgs) -> Result<(), Failure> {
     let address = fleet::choose(&options.fleet)?;
     let records = ask(&address, TaskFilter { which: vec![options.task.clone()], newest: 1, ..TaskFilter::default() })?;
     match (options.format, &records[..]) {
@@ -170,7 +169,7 @@ fn whole_text(record: &TaskRecord) -> String {
     text
 }
 
-fn cancel(options: &TaskCancelArgs) -> Result<(), Failure> {
+fn cancel(options: &OneTaskArgs) -> Result<(), Failure> {
     let address = fleet::choose(&options.fleet)?;
     let records = match fleet::ask(&address, &Request::Cancel(options.task.clone()))? {
         Reply::Tasks(records) => records,
@@ -242,6 +241,7 @@ fn assign_word(assign: &Assign) -> &'static str {
         Assign::Robot(_) => "robot",
         Assign::Nearest => "nearest",
         Assign::Optimal => "optimal",
+        Assign::Auction => "auction",
     }
 }
 

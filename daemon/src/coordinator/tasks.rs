@@ -1,14 +1,16 @@
-//! Tasks: who is to do them, what the world says of them, and what becomes of those whose robot is gone.
+//! Tasks: what operators want, what the world says of it, and who is answered when. Which robot does a task: `choice`.
 //!
 //! A task is known here from the request on. Where the shell keeps records ([`Coordinator::keep_records`]), it is handed over
 //! to be kept before the world hears of it, so that nothing is acknowledged that a restart would not know of.
 
+mod choice;
+
 use super::{Action, CONFIRM_WITHIN, Coordinator, Refusal, WAITING_MAX, hint_for, refused, shown};
-use crate::assign::{self, Candidate};
-use model::{ProcessState, RobotIndex, Task, TaskEnd, TaskId, TaskState, TaskStep};
+pub use choice::Place;
+use model::{RobotIndex, Task, TaskEnd, TaskId, TaskState, TaskStep};
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{Assign, NewTasks, Reply, TaskChange, TaskFilter, TaskRecord};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 
 /// Tasks of one request.
@@ -33,15 +35,6 @@ pub enum Robots {
     Running,
 }
 
-/// Where a robot is, and where it is going.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Position, m.
-    pub at_m: [f64; 2],
-    /// The goal that it heads for, m; `None` if it has arrived.
-    pub goal_m: Option<[f64; 2]>,
-}
-
 /// Tasks of one request whose sender waits for the answer.
 struct Batch {
     /// The first one names the batch: its ticket is that of the answer.
@@ -56,6 +49,13 @@ pub(super) struct Tasks {
     next: u32,
     records: BTreeMap<TaskId, TaskRecord>,
     keys: BTreeMap<String, TaskId>,
+    // Kept by `sort_in`: records of tasks at their end need not be looked through.
+    /// Tasks that are not at their end.
+    open: BTreeSet<TaskId>,
+    /// Those of them that the world has not answered.
+    queued: BTreeSet<TaskId>,
+    /// Those of them whose robot was chosen by a rule.
+    movable: BTreeSet<TaskId>,
     /// Those at their end, the oldest first.
     ended: VecDeque<TaskId>,
     batches: Vec<Batch>,
@@ -70,12 +70,12 @@ pub(super) struct Tasks {
 impl Tasks {
     /// Orders that the world has not answered.
     pub(super) fn unconfirmed(&self) -> usize {
-        self.records.values().filter(|record| record.state == TaskState::Queued).count()
+        self.queued.len()
     }
 
     /// Those that are not at their end.
     pub(super) fn open_ids(&self) -> impl Iterator<Item = TaskId> {
-        self.records.values().filter(|record| !record.state.is_final()).map(|record| record.id)
+        self.open.iter().copied()
     }
 
     /// Where a task is in its life, if it is known.
@@ -98,8 +98,16 @@ impl Tasks {
         deadline_s.is_none_or(|left_s| left_s > 0.0).then_some(Task { deadline_s, ..record.task })
     }
 
-    fn open(&self) -> usize {
-        self.records.len() - self.ended.len()
+    /// A record is new, has changed, or is gone.
+    fn sort_in(&mut self, id: TaskId) {
+        let record = self.records.get(&id);
+        let is_open = record.is_some_and(|record| !record.state.is_final());
+        let is_queued = record.is_some_and(|record| record.state == TaskState::Queued);
+        let may_move = record.is_some_and(|record| !matches!(record.assign, Assign::Robot(_)));
+        let sets = [(&mut self.open, is_open), (&mut self.queued, is_queued), (&mut self.movable, is_open && may_move)];
+        for (set, is_in) in sets {
+            let _ = if is_in { set.insert(id) } else { set.remove(&id) };
+        }
     }
 
     fn find(&self, name: &str) -> Option<&TaskRecord> {
@@ -134,6 +142,7 @@ impl Coordinator {
             self.tasks.next = self.tasks.next.max(id.0 + 1);
             self.tasks.keys.extend(record.key.clone().map(|key| (key, id)));
             self.tasks.records.insert(id, record);
+            self.tasks.sort_in(id);
             match is_open {
                 true if robots == Robots::New => self.hand_over_again(id),
                 true => {}
@@ -173,80 +182,6 @@ impl Coordinator {
         self.tasks.wall_ms = now_ms;
     }
 
-    /// Whether there are tasks that may have to be given to other robots, so that [`Coordinator::tell_places`] is wanted.
-    pub fn wants_places(&self) -> bool {
-        let may_move = |record: &TaskRecord| !record.state.is_final() && !matches!(record.assign, Assign::Robot(_));
-        self.tasks.records.values().any(may_move)
-    }
-
-    /// Where the robots are, by slot; `None` for one that is not in the world.
-    pub fn tell_places(&mut self, places: Vec<Option<Place>>) {
-        self.tasks.places = places;
-    }
-
-    /// Robots that may be given tasks without being named, with what they have to do.
-    fn candidates(&self) -> (Vec<usize>, Vec<Candidate>) {
-        let works = |slot: usize| {
-            let state = self.members.get(slot).map(|member| member.state);
-            matches!(state, Some(ProcessState::Running | ProcessState::Paused | ProcessState::Stopped))
-        };
-        let slots = (0..self.scenario.robots.len()).filter(|slot| works(*slot));
-        let placed = slots.filter_map(|slot| Some((slot, self.tasks.places.get(slot).copied().flatten()?)));
-        let of = |(slot, place): (usize, Place)| {
-            let mut candidate = Candidate { ends_m: place.at_m, left_m: 0.0 };
-            let name = &self.scenario.robots[slot].id;
-            let waiting = self.tasks.records.values().filter(|record| record.robot == *name);
-            let waiting = waiting.filter(|record| matches!(record.state, TaskState::Queued | TaskState::Assigned));
-            let goals = place.goal_m.into_iter().chain(waiting.map(|record| record.task.goal.into()));
-            for [x_m, y_m] in goals {
-                candidate.left_m += (x_m - candidate.ends_m[0]).hypot(y_m - candidate.ends_m[1]);
-                candidate.ends_m = [x_m, y_m];
-            }
-            (slot, candidate)
-        };
-        placed.map(of).unzip()
-    }
-
-    /// The slots of those who are to do these tasks, or why there are none.
-    fn assigned(&self, assign: &Assign, tasks: &[Task]) -> Result<Vec<usize>, Refusal> {
-        let robots = &self.scenario.robots;
-        let problem_of =
-            |slot: usize, task: &Task| scenarios::goal_problem(&self.scenario, &robots[slot], task.goal, task.yaw_rad);
-        let place = "choose a goal in free space inside the world; only unicycles and diff-drives have a heading there";
-        let (slots, candidates) = match assign {
-            Assign::Robot(name) => {
-                let slot = self.slot_of(name)?;
-                if let Some(problem) = tasks.iter().find_map(|task| problem_of(slot, task)) {
-                    return Err(refused(&problem, Some(place)));
-                }
-                if self.members[slot].state == ProcessState::Left {
-                    return Err(refused(
-                        &format!("robot `{name}` has left"),
-                        Some("`shoal ps` shows the robots; `--assign nearest` chooses one"),
-                    ));
-                }
-                return Ok(vec![slot; tasks.len()]);
-            }
-            Assign::Nearest | Assign::Optimal => self.candidates(),
-        };
-        if candidates.is_empty() {
-            return Err(refused("no robot can take a task", Some("`shoal ps` shows the robots and their states")));
-        }
-        let goals_m: Vec<[f64; 2]> = tasks.iter().map(|task| task.goal.into()).collect();
-        let able: Vec<Vec<bool>> =
-            (slots.iter()).map(|slot| tasks.iter().map(|task| problem_of(*slot, task).is_none()).collect()).collect();
-        let may: &assign::May<'_> = &|robot, goal| able[robot][goal];
-        let chosen = match assign {
-            Assign::Nearest => assign::nearest(candidates, &goals_m, may),
-            _ => assign::optimal(candidates, &goals_m, may),
-        };
-        let slot_of = |(goal, robot): (usize, Option<usize>)| {
-            let why = || problem_of(slots[0], &tasks[goal]).unwrap_or_else(|| "no robot can go there".to_owned());
-            robot.map(|robot| slots[robot]).ok_or_else(|| refused(&why(), Some(place)))
-        };
-        chosen.into_iter().enumerate().map(slot_of).collect()
-    }
-
     /// An operator sends tasks. What is sent a second time under its name is answered as it stands.
     pub(super) fn new_tasks(&mut self, new: &NewTasks) -> Result<super::Answer, Refusal> {
         if let Some(key) = &new.key {
@@ -279,9 +214,9 @@ impl Coordinator {
                 return Err(refused(&format!("the deadline, {deadline_s} s, is not a time above 0"), None));
             }
         }
-        if self.tasks.open() + new.tasks.len() > OPEN_MAX {
+        if self.tasks.open.len() + new.tasks.len() > OPEN_MAX {
             return Err(refused(
-                &format!("{} tasks are not done yet, of at most {OPEN_MAX}", self.tasks.open()),
+                &format!("{} tasks are not done yet, of at most {OPEN_MAX}", self.tasks.open.len()),
                 Some("send more when some of them are done: `shoal task list`"),
             ));
         }
@@ -330,9 +265,10 @@ impl Coordinator {
                     if let Some(key) = self.tasks.records.remove(&id).and_then(|record| record.key) {
                         self.tasks.keys.remove(&key);
                     }
+                    self.tasks.sort_in(id);
                 }
-                let hint = "the fleet goes on; nothing was sent to a robot";
-                self.actions.push(Action::Reply(Ticket::Task(first), refused(&problem, Some(hint)).into()));
+                let hint = "the fleet goes on; nothing was sent to a robot".to_owned();
+                self.actions.push(Action::Reply(Ticket::Task(first), Reply::Failed { problem, hint }));
             }
         }
     }
@@ -369,6 +305,7 @@ impl Coordinator {
         let Some(record) = self.tasks.records.get_mut(&id) else { return };
         record.state = state;
         record.steps.push(TaskChange { at_ms, state, robot: record.robot.clone(), reason: reason.to_owned() });
+        self.tasks.sort_in(id);
         if state.is_final() {
             self.tasks.ended.push_back(id);
             self.tasks.forget_old();
@@ -399,31 +336,6 @@ impl Coordinator {
             }
             TaskStep::Dropped(TaskEnd::Overdue) => self.change(id, TaskState::Failed, OVERDUE),
             TaskStep::Dropped(TaskEnd::RobotGone) => self.reassign(id, &format!("robot `{robot}` is gone")),
-        }
-    }
-
-    /// The robot of a task is gone: another one gets it, unless its sender wanted this one.
-    fn reassign(&mut self, id: TaskId, why: &str) {
-        let Some(record) = self.tasks.records.get(&id) else { return };
-        let (assign, task, gone) = (record.assign.clone(), record.task, record.robot.clone());
-        if let Assign::Robot(_) = assign {
-            return self.change(id, TaskState::Failed, why);
-        }
-        if let Some(place) = self.scenario.robots.iter().position(|robot| robot.id == gone)
-            && let Some(place) = self.tasks.places.get_mut(place)
-        {
-            *place = None;
-        }
-        match self.assigned(&assign, &[task]) {
-            Ok(slots) => {
-                let robot = self.scenario.robots[slots[0]].id.clone();
-                if let Some(record) = self.tasks.records.get_mut(&id) {
-                    record.robot = robot;
-                }
-                self.change(id, TaskState::Queued, &format!("{why}: given to another one"));
-                self.order_task(id);
-            }
-            Err(refusal) => self.change(id, TaskState::Failed, &format!("{why}, and {}", refusal.problem)),
         }
     }
 

@@ -378,6 +378,7 @@ pub(super) fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
             Reply::Tasked(records) | Reply::Tasks(records) => (ticket, words_of(&records)),
             Reply::Injected { ticks } => (ticket, format!("fault for {ticks:?} ticks")),
             Reply::Refused { problem, .. } => (ticket, problem),
+            Reply::Failed { problem, .. } => (ticket, format!("failed: {problem}")),
             Reply::Unconfirmed { problem, .. } => (ticket, problem),
             Reply::Status(_) | Reply::Stopping => panic!("that is said at once"),
         })

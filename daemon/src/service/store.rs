@@ -356,6 +356,7 @@ fn assign_word(assign: &Assign) -> &'static str {
         Assign::Robot(_) => "robot",
         Assign::Nearest => "nearest",
         Assign::Optimal => "optimal",
+        Assign::Auction => "auction",
     }
 }
 
@@ -364,6 +365,7 @@ fn record_of(row: &Row<'_>) -> rusqlite::Result<TaskRecord> {
     let assign = match row.get::<_, String>("assign")?.as_str() {
         "nearest" => Assign::Nearest,
         "optimal" => Assign::Optimal,
+        "auction" => Assign::Auction,
         _ => Assign::Robot(robot.clone()),
     };
     let goal = [row.get::<_, f64>("x_m")?, row.get("y_m")?];

@@ -11,7 +11,11 @@ use shoal_world_sim::{Checkpoint, World};
 fn eventful() -> Scenario {
     let mut robots: Vec<Robot> = (0..6)
         .map(|slot| robot(slot, [-4.0 + slot as f64, -3.0], [4.0 - slot as f64, 3.0]))
-        .map(|robot| Robot { rounds: None, restart: Restart { policy: RestartPolicy::OnFailure, limit: 3, delay_ticks: 4, ..Restart::NEVER }, ..robot })
+        .map(|robot| Robot {
+            rounds: None,
+            restart: Restart { policy: RestartPolicy::OnFailure, limit: 3, delay_ticks: 4, ..Restart::NEVER },
+            ..robot
+        })
         .collect();
     let within = Bounds { x_m: [-5.0, 5.0], y_m: [-5.0, 5.0] };
     robots[2].goal_motion = Some(Motion::RandomWalk { speed_mps: 0.4, turn_every_s: 0.7, within });

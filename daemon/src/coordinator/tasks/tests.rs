@@ -1,6 +1,7 @@
 use super::super::tests::{ALL_READY, FREE_PLACE, answer, instance, pass, refusal, replies, running, task};
 use super::super::{Answer, Ending};
 use super::*;
+use model::Task;
 use protocol::operator_to_daemon::Request;
 use protocol::world_to_daemon::Notice;
 
@@ -49,7 +50,12 @@ fn orders(actions: &[Action]) -> Vec<(u32, usize)> {
 }
 
 fn place(at_m: [f64; 2], goal_m: Option<[f64; 2]>) -> Option<Place> {
-    Some(Place { at_m, goal_m })
+    Some(Place { at_m, goal_m, says_left_m: None })
+}
+
+/// The same, of a robot that has published this distance.
+fn bid(at_m: [f64; 2], goal_m: Option<[f64; 2]>, left_m: f64) -> Option<Place> {
+    place(at_m, goal_m).map(|place| Place { says_left_m: Some(left_m), ..place })
 }
 
 #[test]
@@ -118,7 +124,7 @@ fn nothing_is_ordered_before_it_is_kept() {
     coordinator.take_actions();
     coordinator.kept(TaskId(41), Err("database `x`: the disk is full".to_owned()));
     let told = replies(&mut coordinator);
-    assert!(told.len() == 1 && told[0].1.contains("the disk is full"), "{told:?}");
+    assert!(told.len() == 1 && told[0].1 == "failed: database `x`: the disk is full", "{told:?}");
     assert_eq!(states(&mut coordinator).len(), 1);
     assert_eq!(
         coordinator.request(&keyed(&east, [0.0, 1.0], "a"), FREE_PLACE),
@@ -216,6 +222,104 @@ fn the_robots_are_chosen_by_their_ways() {
     coordinator.request(&batch(Assign::Nearest, &[[0.0, 2.0]]), FREE_PLACE);
     assert_eq!(orders(&coordinator.take_actions()), [(3, 0)]);
     assert!(refusal(coordinator.request(&batch(Assign::Nearest, &[[1e9, 0.0]]), FREE_PLACE)).contains("outside"));
+}
+
+#[test]
+fn in_an_auction_robots_bid_with_what_they_say_themselves() {
+    let auctioned = |places: Vec<Option<Place>>, goals_m: &[[f64; 2]]| {
+        let mut coordinator = running(&[]);
+        coordinator.tell_places(places);
+        coordinator.request(&batch(Assign::Auction, goals_m), FREE_PLACE);
+        (orders(&coordinator.take_actions()), coordinator)
+    };
+    // The first is 1 m from its present goal by the map, and says that it has 5 m left: 5 + 1 against 0 + 3.
+    let detour = || bid([0.0, 0.0], Some([0.0, 1.0]), 5.0);
+    assert_eq!(auctioned(vec![detour(), bid([0.0, -1.0], None, 0.0)], &[[0.0, 2.0]]).0, [(0, 1)]);
+    assert_eq!(
+        auctioned(vec![bid([0.0, 0.0], Some([0.0, 1.0]), 1.0), bid([0.0, -1.0], None, 0.0)], &[[0.0, 2.0]]).0,
+        [(0, 0)]
+    );
+    // One whose board says nothing makes no bid.
+    assert_eq!(auctioned(vec![detour(), place([0.0, 2.0], None)], &[[0.0, 2.0]]).0, [(0, 0)]);
+    let (none, mut coordinator) = auctioned(vec![place([0.0, 0.0], None), None], &[[0.0, 2.0]]);
+    assert_eq!(none, []);
+    let refused = refusal(coordinator.request(&batch(Assign::Auction, &[[0.0, 2.0]]), FREE_PLACE));
+    assert_eq!(refused, "no robot makes a bid");
+    // Nor does one whose process stands still.
+    let both = || vec![bid([0.0, 0.0], None, 0.0), bid([0.0, 4.0], None, 0.0)];
+    let mut coordinator = running(&[]);
+    coordinator.tell_places(both());
+    coordinator.stopped(instance(0, 0));
+    coordinator.take_actions();
+    coordinator.request(&batch(Assign::Auction, &[[0.0, 1.0]]), FREE_PLACE);
+    assert_eq!(orders(&coordinator.take_actions()), [(0, 1)]);
+    // What waits is part of a bid: 1 + 2.5 against 2.5, where 1.5 would have won.
+    let (won, mut coordinator) = auctioned(both(), &[[0.0, -1.0]]);
+    assert_eq!(won, [(0, 0)]);
+    coordinator.request(&batch(Assign::Auction, &[[0.0, 1.5]]), FREE_PLACE);
+    assert_eq!(orders(&coordinator.take_actions()), [(1, 1)]);
+}
+
+#[test]
+fn a_task_of_an_auction_is_put_up_again_when_its_robot_is_gone() {
+    let mut coordinator = running(&[]);
+    let dropped = |id: u32| Notice::Task { id: TaskId(id), step: TaskStep::Dropped(TaskEnd::RobotGone) };
+    coordinator.tell_places(vec![bid([0.0, 1.0], None, 0.0), bid([0.0, 2.0], None, 0.0)]);
+    coordinator.request(&batch(Assign::Auction, &[[0.0, 1.0]]), FREE_PLACE);
+    coordinator.request(&batch(Assign::Nearest, &[[0.0, 1.0]]), FREE_PLACE);
+    assert_eq!(orders(&coordinator.take_actions()), [(0, 0), (1, 0)]);
+    answer(&mut coordinator, Ticket::Task(TaskId(0)), None);
+    assert!(coordinator.wants_bids(&dropped(0)) && !coordinator.wants_bids(&dropped(1)));
+    assert!(!coordinator.wants_bids(&Notice::Task { id: TaskId(0), step: TaskStep::Done }));
+    // Without bids nobody gets it.
+    coordinator.tell_places(vec![place([0.0, 1.0], None), bid([0.0, 2.0], None, 0.0)]);
+    coordinator.notice(dropped(0));
+    assert_eq!(orders(&coordinator.take_actions()), [(0, 1)]);
+}
+
+/// What is looked up in sets is what the records say.
+#[test]
+fn open_tasks_are_found_without_looking_at_all() {
+    let check = |coordinator: &Coordinator| {
+        let tasks = &coordinator.tasks;
+        let those = |is: &dyn Fn(&TaskRecord) -> bool| -> Vec<TaskId> {
+            tasks.records.values().filter(|record| is(record)).map(|record| record.id).collect()
+        };
+        let sets = [&tasks.open, &tasks.queued, &tasks.movable].map(|set| set.iter().copied().collect::<Vec<_>>());
+        let is_open = |record: &TaskRecord| !record.state.is_final();
+        assert_eq!(sets[0], those(&is_open));
+        assert_eq!(sets[1], those(&|record| record.state == TaskState::Queued));
+        assert_eq!(sets[2], those(&|record| is_open(record) && !matches!(record.assign, Assign::Robot(_))));
+    };
+    let mut coordinator = running(&[]);
+    coordinator.keep_records(Vec::new(), TaskId(0));
+    let east = names(&coordinator)[0].clone();
+    coordinator.tell_places(vec![place([0.0, 1.0], None), place([0.0, 2.0], None)]);
+    coordinator.request(&batch(Assign::Nearest, &[[0.0, 1.0], [0.0, 1.2]]), FREE_PLACE);
+    coordinator.kept(TaskId(0), Ok(()));
+    check(&coordinator);
+    coordinator.request(&task(&east, [0.0, 1.0]), FREE_PLACE);
+    check(&coordinator);
+    coordinator.kept(TaskId(2), Err("no".to_owned()));
+    check(&coordinator);
+    assert_eq!(coordinator.unanswered(), 2);
+    answer(&mut coordinator, Ticket::Task(TaskId(0)), None);
+    check(&coordinator);
+    step(&mut coordinator, 0, TaskStep::Dropped(TaskEnd::RobotGone));
+    check(&coordinator);
+    answer(&mut coordinator, Ticket::Task(TaskId(0)), None);
+    step(&mut coordinator, 0, TaskStep::Done);
+    answer(&mut coordinator, Ticket::Task(TaskId(1)), Some("no"));
+    check(&coordinator);
+    assert!(coordinator.tasks.open.is_empty() && !coordinator.wants_places());
+    // What a daemon before this one has left.
+    let known = list(&mut coordinator, all());
+    let mut open = known[0].clone();
+    (open.id, open.state) = (TaskId(7), TaskState::Active);
+    let mut next = running(&[]);
+    next.keep_records(known.into_iter().chain([open]).collect(), TaskId(8));
+    check(&next);
+    assert!(next.wants_places());
 }
 
 #[test]
