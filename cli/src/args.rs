@@ -87,6 +87,8 @@ pub enum Verb {
     Metrics(MetricsArgs),
     /// Add a robot to a running fleet
     Add(AddArgs),
+    /// Take a robot out of a running fleet
+    Remove(RemoveArgs),
     /// Send tasks to robots of a running fleet, and follow them
     #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
     Task(TaskVerb),

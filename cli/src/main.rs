@@ -54,6 +54,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
     match verb {
         Verb::Run(options) => shoal::run::run(options),
         Verb::Up(options) => verbs::up::run(options),
+        Verb::Remove(options) => done(verbs::remove::run(options)),
         Verb::Down(options) => done(verbs::down::run(options)),
         Verb::Logs(options) => done(verbs::logs::run(options)),
         Verb::Plot(options) => done(verbs::plot::plot(options)),

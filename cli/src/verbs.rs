@@ -14,6 +14,7 @@ pub mod metrics;
 pub mod planners;
 pub mod plot;
 pub mod ps;
+pub mod remove;
 pub mod reproduce;
 pub mod schema;
 pub mod stress;

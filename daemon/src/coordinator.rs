@@ -2,8 +2,9 @@
 //!
 //! The world decides who takes part and when (it owns the ticks); the coordinator owns the processes. It turns the
 //! world's expectations into spawns, and what happens to processes into facts for the world. Operators talk to it
-//! (`operators.rs`).
+//! (`operators.rs`), also about who is a member (`membership.rs`) and about tasks (`tasks.rs`).
 
+mod membership;
 mod operators;
 mod resync;
 mod tasks;
@@ -128,6 +129,10 @@ pub struct Member {
     pub state: ProcessState,
     /// The life to start as soon as the present process is reaped.
     next: Option<RobotInstance>,
+    /// As many lives the slot has had, the present one included; those of a robot that has left count.
+    lives: u32,
+    /// An operator wants it to leave.
+    leaving: bool,
     /// The kernel says that its process is stopped, for any reason.
     halted: bool,
     /// When the present process was started.
@@ -310,11 +315,12 @@ impl Coordinator {
         };
         let was = member.state;
         member.pid = None;
-        if !matches!(was, ProcessState::Left | ProcessState::RestartLimit) {
+        let is_out = matches!(was, ProcessState::Left | ProcessState::Refused);
+        if !is_out && was != ProcessState::RestartLimit {
             member.state = ProcessState::Dead;
         }
         let next = member.next.take();
-        if was != ProcessState::Left && !self.stopping {
+        if !is_out && !self.stopping {
             let cause = match was {
                 ProcessState::Starting if deaf.is_none() && matches!(ending.signal, None | Some(SIGBUS)) => {
                     let mut ended = format!("its process {}", ending.describe());
@@ -493,6 +499,7 @@ impl Coordinator {
         if member.instance.incarnation <= instance.incarnation {
             member.state = ProcessState::Left;
             member.next = None;
+            member.lives = instance.incarnation + 1;
             let last = member.instance;
             self.withdraw(last);
         }
@@ -562,6 +569,8 @@ impl Member {
             pid: None,
             state: ProcessState::Awaited,
             next: None,
+            lives: 0,
+            leaving: false,
             halted: false,
             started_at: Duration::ZERO,
             ending_since: None,

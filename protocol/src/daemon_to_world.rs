@@ -7,14 +7,15 @@ use serde::{Deserialize, Serialize};
 /// One order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Order {
-    /// A robot that the scenario does not have enters under this index as soon as its agent is ready.
+    /// A robot that the scenario does not have enters as this instance as soon as its agent is ready, which the daemon has
+    /// begun to start.
     Admit {
-        /// Its index, free so far.
-        index: RobotIndex,
+        /// Its index, which is free or that of a robot that has left, and its first life, which none had before.
+        instance: RobotInstance,
         /// The robot.
         robot: Box<Robot>,
     },
-    /// The robot goes, and is gone.
+    /// The robot goes, and is gone. What it had to do is dropped before.
     Remove {
         /// Its index.
         index: RobotIndex,
@@ -64,8 +65,10 @@ pub enum Order {
 /// ([`Notice::Answer`](crate::world_to_daemon::Notice::Answer)): those that an operator waits for have a ticket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Ticket {
-    /// [`Order::Admit`] for this robot.
-    Admit(RobotIndex),
+    /// [`Order::Admit`] of this instance.
+    Admit(RobotInstance),
+    /// [`Order::Remove`] of this robot.
+    Remove(RobotIndex),
     /// [`Order::Task`] with this number.
     Task(TaskId),
     /// [`Order::Fault`] with this number.
@@ -82,11 +85,12 @@ impl Order {
     /// Its ticket, if it has one.
     pub fn ticket(&self) -> Option<Ticket> {
         match self {
-            Order::Admit { index, .. } => Some(Ticket::Admit(*index)),
+            Order::Admit { instance, .. } => Some(Ticket::Admit(*instance)),
+            Order::Remove { index } => Some(Ticket::Remove(*index)),
             Order::Task { id, .. } => Some(Ticket::Task(*id)),
             Order::Fault { id, .. } => Some(Ticket::Fault(*id)),
             Order::Cancel { id, .. } => Some(Ticket::Cancel(*id)),
-            Order::Remove { .. } | Order::Absent { .. } | Order::Resync(_) | Order::Stop => None,
+            Order::Absent { .. } | Order::Resync(_) | Order::Stop => None,
         }
     }
 }

@@ -31,6 +31,11 @@ pub enum Request {
     },
     /// End the fleet in good order.
     Stop,
+    /// A robot is to leave.
+    Remove {
+        /// Name of the robot.
+        robot: String,
+    },
 }
 
 /// Goals for robots.
@@ -107,7 +112,7 @@ pub struct TaskChange {
 /// A robot to add; what is not said comes from the scenario's defaults.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NewRobot {
-    /// Its name; `None` lets the daemon find one.
+    /// Its name, which may be that of a robot that has left; `None` lets the daemon find one.
     pub id: Option<String>,
     /// Where it starts, m.
     pub start_m: [f64; 2],
@@ -139,6 +144,11 @@ pub enum Reply {
     Tasked(Vec<TaskRecord>),
     /// To [`Request::Tasks`], by number; to [`Request::Cancel`], the one that was cancelled.
     Tasks(Vec<TaskRecord>),
+    /// The robot has left.
+    Removed {
+        /// Its name.
+        robot: String,
+    },
     /// The fleet is ending.
     Stopping,
     /// It has been done to the robot.

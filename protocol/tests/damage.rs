@@ -80,7 +80,7 @@ fn kinds() -> Vec<Kind> {
         Absence::Deaf { why: text() },
     ];
     let mut orders = vec![
-        Order::Admit { index: RobotIndex(3), robot: robot() },
+        Order::Admit { instance, robot: robot() },
         Order::Remove { index: RobotIndex(3) },
         Order::Task {
             id: TaskId(1),
@@ -120,6 +120,7 @@ fn kinds() -> Vec<Kind> {
             }),
             Request::Cancel(text()),
             Request::Stop,
+            Request::Remove { robot: text() },
             Request::Inject { robot: text(), fault: Fault::Drop { share: 0.5 }, for_s: Some(1.5) },
         ]),
         kind(&[
@@ -127,6 +128,7 @@ fn kinds() -> Vec<Kind> {
             Reply::Added { robot: text(), index: RobotIndex(3) },
             Reply::Tasked(vec![record.clone()]),
             Reply::Tasks(vec![record]),
+            Reply::Removed { robot: text() },
             Reply::Stopping,
             Reply::Injected { ticks: Some(75) },
             Reply::Unconfirmed { problem: text(), hint: text() },

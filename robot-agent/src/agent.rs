@@ -81,9 +81,9 @@ pub enum AgentError {
 /// What the odometry that an agent has just read asks of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Duty {
-    /// Nothing yet: it is for another life of the robot.
+    /// Nothing yet: it is for an earlier life of the robot.
     Wait,
-    /// To end: the robot has left.
+    /// To end: the robot has left, or another life has taken its place.
     Leave,
     /// To show that it lives: the robot is held or paused, or this is not what it should answer.
     ShowLife,
@@ -93,7 +93,9 @@ pub enum Duty {
 
 /// What this odometry asks of the agent of a robot instance. `counts`: it is that of the open tick, or new enough for a command.
 pub fn duty(instance: RobotInstance, odometry: &Odometry, counts: bool) -> Duty {
-    if odometry.incarnation != instance.incarnation {
+    if odometry.incarnation > instance.incarnation {
+        Duty::Leave
+    } else if odometry.incarnation < instance.incarnation {
         Duty::Wait
     } else if odometry.has(Odometry::FLAG_LEFT) {
         Duty::Leave

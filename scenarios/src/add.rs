@@ -13,6 +13,8 @@ use nalgebra::Point2;
 pub struct NewRobot {
     /// Its name; `None` takes the first free one of r00, r01, ...
     pub id: Option<String>,
+    /// Its name is that of a robot that has left, and is free.
+    pub returns: bool,
     /// How it moves.
     pub kind: Option<BodyKind>,
     /// Body radius, m.
@@ -44,7 +46,7 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
     let mut report = Report::new(format!("robot `{id}`"), Vec::new());
     if let Some(message) = wrong {
         report.add(here, "id", message);
-    } else if taken(&id) {
+    } else if taken(&id) && !request.returns {
         report.add_hint(here, "id", format!("the id `{id}` is taken"), "leave the id out to get a free one");
     }
     let kind = request.kind.unwrap_or(scenario.template.kind);

@@ -233,7 +233,7 @@ const BAD_LINES: &[(&str, &[&str])] = &[
     ("task send r01 1,2 3,4 --now", &["--now", "one goal"]),
     ("task wait", &["<TASK>"]),
     ("top", &["`shoal top`", "not built", "shoal ps"]),
-    ("remove a", &["`shoal remove`", "not built", "leave"]),
+    ("remove", &["<ROBOT>"]),
     ("inject kil a", &["unknown verb `inject kil`", "did you mean `kill`"]),
     ("bench loop --robots 0", &["--robots", "sizes from 1 to 1023"]),
     ("bench plan", &["unknown verb `bench plan`", "did you mean `planners`"]),

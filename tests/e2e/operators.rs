@@ -1,6 +1,6 @@
 //! A second terminal: `ps`, `add` and `task send` while the fleet runs.
 
-use crate::support::{PrivateShm, Run, assert_clean, lanes, run, shoal, signal, stop, wait_for};
+use crate::support::{PrivateShm, Run, assert_clean, is_gone, lanes, run, shoal, signal, stop, wait_for};
 use bus::{Node, OrderSender};
 use model::{RobotIndex, RobotInstance};
 use protocol::daemon_to_world::{Absence, Order};
@@ -64,11 +64,28 @@ fn operators_see_a_fleet_add_to_it_and_send_it_on() {
         wait_for("the task to be done", || (robot(id)["goals_done"] == 2).then_some(()));
     }
 
+    // It leaves, and its process ends by itself; then there is room for another one of its name.
+    ask(&["remove", "nobody"]).expect_failure(2, &["unknown robot `nobody`"]);
+    assert_eq!(json(&["remove", "c"])["robot"], "c");
+    assert_eq!(robot("c")["state"], "left");
+    ask(&["remove", "c"]).expect_failure(2, &["robot `c` has left already"]);
+    ask(&["task", "send", "c", "0,-2"]).expect_failure(2, &["robot `c` has left"]);
+    wait_for("the process of c to end", || is_gone(pid).then_some(()));
+    add("d", "0,-3", "1,-3").expect_failure(2, &["names of robots that have left can be used again: c"]);
+    let again = json(&["add", "--id", "c", "--start", "0,-3", "--goal", "1,-3"]);
+    assert_eq!((&again["robot"], &again["slot"]), (&"c".into(), &2.into()), "{again:#}");
+    wait_for("c to arrive again", || (robot("c")["arrived"] == true).then_some(()));
+    let pid = robot("c")["pid"].clone();
+    json(&["task", "send", "c", "0,-3"]);
+    wait_for("its task to be done", || (robot("c")["goals_done"] == 2).then_some(()));
+
     signal(fleet.daemon(), Signal::INT);
     let ended = fleet.wait().expect(130);
     assert_eq!(ended.report["robots"], 3, "{ended}");
     assert_eq!((ended.robot("a")["tasks_done"].as_u64(), ended.robot("c")["tasks_done"].as_u64()), (Some(1), Some(1)));
     assert!(ended.arrived("c") && ended.robot("c")["pid"] == pid, "{ended}");
+    assert_eq!(ended.robot("c")["incarnation"], 1, "{ended}");
+    ended.event("left", "c");
     ended.event("joined", "c");
     ended.event("task", "a");
     assert_clean(&root);

@@ -99,6 +99,7 @@ fn sensible() -> Vec<Request> {
         Request::Cancel("0".to_owned()),
         Request::Cancel("order-17".to_owned()),
         Request::Stop,
+        Request::Remove { robot: robot() },
     ];
     let faults = [
         (Fault::Kill, None),
@@ -115,7 +116,7 @@ fn sensible() -> Vec<Request> {
         // A request that comes gets a row above.
         match request {
             Request::Status | Request::Add(_) | Request::Task(_) | Request::Inject { .. } => {}
-            Request::Tasks(_) | Request::Cancel(_) | Request::Stop => {}
+            Request::Tasks(_) | Request::Cancel(_) | Request::Stop | Request::Remove { .. } => {}
         }
     }
     requests
@@ -186,6 +187,7 @@ fn hostile(random: &mut Random) -> Request {
             },
         }),
         3 if maybe(random) => Request::Cancel(name(random)),
+        3 if maybe(random) => Request::Remove { robot: name(random) },
         3 => Request::Tasks(TaskFilter {
             which: (0..random.below(3)).map(|_| name(random)).collect(),
             robot: maybe(random).then(|| name(random)),
@@ -335,14 +337,19 @@ impl Fleet {
         }
     }
 
-    /// The world does a tick: it answers what was asked.
+    /// The world does a tick: it answers what was asked. What a robot had to do that has gone it answers in the next.
     fn tick(&mut self) {
-        self.world.open(&mut |_| true);
-        self.world.close(&mut |_| None);
-        for notice in self.world.take_notices() {
-            self.coordinator.notice(notice);
+        for _ in 0..self.robots_max {
+            self.world.open(&mut |_| true);
+            self.world.close(&mut |_| None);
+            for notice in self.world.take_notices() {
+                self.coordinator.notice(notice);
+            }
+            self.act();
+            if self.coordinator.unanswered() == 0 {
+                break;
+            }
         }
-        self.act();
         assert!(self.asked.is_empty() && self.coordinator.unanswered() == 0, "{:?} without an answer", self.asked);
     }
 
@@ -381,6 +388,7 @@ fn makes_sense(request: &Request) -> bool {
     match request {
         Request::Status | Request::Tasks(_) | Request::Stop => false,
         Request::Cancel(name) => is_key(name),
+        Request::Remove { robot } => robot.is_ascii(),
         Request::Add(NewRobot { id, start_m, start_yaw_rad, goal_m, goal_yaw_rad, .. }) => {
             let is_name = |id: &String| {
                 let letters = "abcdefghijklmnopqrstuvwxyz0123456789_-";
@@ -469,8 +477,9 @@ fn what_was_found_once_stays_harmless() {
 #[test]
 fn sensible_requests_are_handed_on() {
     // The others are answered at once, or are about what is not there yet.
-    let is_handed_on =
-        |request: &&Request| matches!(request, Request::Add(_) | Request::Task(_) | Request::Inject { .. });
+    let is_handed_on = |request: &&Request| {
+        matches!(request, Request::Add(_) | Request::Remove { .. } | Request::Task(_) | Request::Inject { .. })
+    };
     for request in sensible().iter().filter(is_handed_on) {
         let mut fleet = Fleet::new(&scenario());
         fleet.tick();

@@ -8,7 +8,7 @@ use crate::world::PATIENCE_NS;
 use bus::queue::BACKLOG_MAX;
 use daemon::coordinator::{Answer, WAITING_MAX};
 use model::{
-    Drive, EventKind, EventName, GoalSource, Mode, ProcessState, RobotIndex, RobotInstance, TaskEnd, TaskState,
+    Drive, Event, EventKind, EventName, GoalSource, Mode, ProcessState, RobotIndex, RobotInstance, TaskEnd, TaskState,
 };
 use protocol::operator_to_daemon::{Reply, Request, TaskFilter};
 use protocol::robot_to_world::Command;
@@ -237,28 +237,41 @@ pub(crate) fn nothing_is_missed_in_silence(fleet: &Fleet) {
 }
 
 /// A task that a robot was given is done, was dropped, waits, or is the goal that it heads for: none gets lost on the way.
-/// Robots are left out that were to forget what they had.
+/// Robots are left out that were to forget what they had, and runs whose log is full.
 pub(crate) fn tasks_are_kept(fleet: &Fleet) {
     let world = &fleet.world.world;
+    if world.outcome().events_lost > 0 {
+        return;
+    }
     for slot in 0..world.slots() {
         let Some(robot) = world.robot(slot) else { continue };
-        let mut tasks = world
-            .events()
-            .iter()
-            .filter(|event| event.robot == Some(RobotIndex::of(slot)) && event.kind.name() == EventName::Task);
+        let events = of_this_robot(world, slot);
+        let mut tasks = events.iter().filter(|event| event.kind.name() == EventName::Task);
         if tasks.clone().any(|event| matches!(event.kind, EventKind::Task { task, .. } if task.now)) {
             continue;
         }
         let (given, odometry) = (robot.goals.len() + tasks.by_ref().count(), world.odometry(slot));
-        let dropped = world
-            .events()
-            .iter()
-            .filter(|event| event.robot == Some(RobotIndex::of(slot)) && event.kind.name() == EventName::TaskDropped);
+        let dropped = events.iter().filter(|event| event.kind.name() == EventName::TaskDropped);
         let known = (odometry.goals_done + odometry.goals_left) as usize + dropped.count();
         // The last goal is done, and is left again while its robot is off it.
         let twice = odometry.goals_left == 1 && known == given + 1;
         assert!(known == given || twice, "robot {} was given {given} goals, and knows {known}", robot.id);
     }
+}
+
+/// What happened to the robot that has a slot now, or had it last; not what happened to robots that had it before.
+fn of_this_robot(world: &World, slot: usize) -> Vec<&Event> {
+    let events: Vec<&Event> = world.events().iter().filter(|event| event.robot == Some(RobotIndex::of(slot))).collect();
+    let mut robots: Vec<Vec<&Event>> = vec![Vec::new()];
+    for event in events {
+        robots.last_mut().expect("there is one").push(event);
+        if event.kind == EventKind::Left {
+            robots.push(Vec::new());
+        }
+    }
+    let is_gone = matches!(world.state(slot), Some((_, RobotState::Left)));
+    robots.truncate(robots.len() - usize::from(is_gone));
+    robots.pop().unwrap_or_default()
 }
 
 /// What the daemon knows of every task that an operator sent is what has become of it.

@@ -110,6 +110,7 @@ impl Fleet {
         coverage.tasks_acknowledged = answers.tasks;
         coverage.tasks_cancelled = answers.cancelled;
         coverage.robots_acknowledged = answers.robots;
+        coverage.removals_acknowledged = answers.removed;
         coverage.faults_acknowledged = answers.faults;
         coverage.refused = answers.refused;
         coverage.unconfirmed = answers.unconfirmed;

@@ -4,8 +4,7 @@ use crate::agent::Fate;
 use crate::dice::MS;
 use crate::fleet::Fleet;
 use daemon::coordinator::Signal;
-use model::{Fault, RobotIndex, Task};
-use protocol::daemon_to_world::Order;
+use model::{Fault, ProcessState, RobotIndex, Task};
 use protocol::operator_to_daemon::{Assign, NewRobot, NewTasks, Request};
 
 /// Something that happens. A daemon that dies and is followed by another one belongs here as soon as there is such a thing.
@@ -90,7 +89,9 @@ impl Fleet {
             Act::Remove => {
                 let slot = self.shared.dice.below(self.daemon.coordinator.members().len()) as u32;
                 if self.shared.dice.permille(400) {
-                    self.daemon.order(&Order::Remove { index: RobotIndex(slot) }, &mut self.shared);
+                    let robot = self.daemon.coordinator.name(RobotIndex(slot)).to_owned();
+                    self.operators.ask(Request::Remove { robot });
+                    self.shared.calls.daemon = true;
                     self.shared.coverage.removals += 1;
                 }
             }
@@ -163,7 +164,14 @@ impl Fleet {
     fn add(&mut self) {
         self.guests += 1;
         let y_m = -3.0 * (self.guests % 15) as f64;
-        let (id, start_m, goal_m) = (Some(format!("g{}", self.guests)), [-20.0, y_m], [20.0, y_m]);
+        // Every other one has the name of one that has left, if there is any.
+        let members = self.daemon.coordinator.members().iter();
+        let mut left = members.filter(|member| member.state == ProcessState::Left).map(|member| member.instance.index);
+        let again =
+            left.next_back().filter(|_| self.guests.is_multiple_of(2)).map(|index| self.daemon.coordinator.name(index));
+        self.shared.coverage.names_again += u64::from(again.is_some());
+        let id = Some(again.map_or_else(|| format!("g{}", self.guests), str::to_owned));
+        let (start_m, goal_m) = ([-20.0, y_m], [20.0, y_m]);
         self.operators.ask(Request::Add(NewRobot { id, start_m, goal_m, ..NewRobot::default() }));
         self.shared.calls.daemon = true;
         self.shared.coverage.robots_asked += 1;

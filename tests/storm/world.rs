@@ -5,7 +5,7 @@ use crate::checks::Checks;
 use crate::dice::MS;
 use crate::shared::Shared;
 use bus::queue::{NoticeQueue, Sent};
-use model::{Drive, Mode, RobotIndex, RobotInstance, Scenario};
+use model::{Drive, Mode, RobotInstance, Scenario};
 use protocol::codec;
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
@@ -357,7 +357,7 @@ fn newest(instance: RobotInstance, shared: &Shared) -> Option<Command> {
 /// An order in a line: what a robot is like does not matter here.
 fn brief(order: &Order) -> String {
     match order {
-        Order::Admit { index: RobotIndex(slot), robot } => format!("Admit {{ slot: {slot}, robot: {} }}", robot.id),
+        Order::Admit { instance, robot } => format!("Admit {{ {instance:?}, robot: {} }}", robot.id),
         order => format!("{order:?}"),
     }
 }

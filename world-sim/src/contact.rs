@@ -53,6 +53,13 @@ impl Contacts {
         }
     }
 
+    /// From here on another robot has this slot.
+    pub(crate) fn forget(&mut self, slot: usize) {
+        if let Some(contacts) = self.per_robot.get_mut(slot) {
+            *contacts = 0;
+        }
+    }
+
     /// Bodies that are new to the world may stand in others.
     pub(crate) fn enter(&mut self, entered: &[usize], bodies: &[Body], arms: &[Arm], shapes: &Shapes) {
         self.found.clear();

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!                 Join/Admit            ready                Leave, Remove (from anywhere)
-//!        Vacant ------------> Awaited ---------> Present ------------------> Left
+//!        Vacant ------------> Awaited ---------> Present ------------------> Left (Admit: Awaited, the next life)
 //!                                                |  ^  |
 //!                            Kill, died: Dead <--'  |  '--> Paused (on purpose), Held (straggler)
 //!                            (restart left: next    |         |
@@ -100,9 +100,20 @@ impl Presence {
         }
     }
 
-    /// A slot whose robot enters at `at`.
-    pub(crate) fn awaited(slot: usize, at: u64, restart: Restart) -> Presence {
-        Presence { state: State::Awaited { at }, restarts: Restarts::new(restart), ..Presence::vacant(slot) }
+    /// A slot whose robot enters at `at`, with this as its first life.
+    pub(crate) fn awaited(instance: RobotInstance, at: u64, restart: Restart) -> Presence {
+        let RobotInstance { index, incarnation } = instance;
+        let (state, restarts) = (State::Awaited { at }, Restarts::new(restart));
+        Presence { state, restarts, incarnation, ..Presence::vacant(index.at()) }
+    }
+
+    /// Whether another robot may take the slot with this as its first life: no life is lived twice.
+    pub(crate) fn is_free_for(&self, incarnation: u32) -> bool {
+        match self.state {
+            State::Vacant => true,
+            State::Left => incarnation > self.incarnation,
+            _ => false,
+        }
     }
 
     pub(crate) fn instance(&self) -> RobotInstance {
@@ -229,10 +240,6 @@ impl Presence {
 
     /// It goes, and is gone.
     pub(crate) fn leave(&mut self, tick: u64, journal: &mut Journal) {
-        if matches!(self.state, State::Vacant | State::Left) {
-            let order = "leave".to_owned();
-            return journal.note(tick, self.index, EventKind::Ignored { order, why: self.in_words() });
-        }
         let instance = self.instance();
         if matches!(self.state, State::Paused { .. }) && !self.told {
             // A stopped process could not see that it has to end.
@@ -363,7 +370,7 @@ impl Presence {
         }
     }
 
-    fn in_words(&self) -> String {
+    pub(crate) fn in_words(&self) -> String {
         format!("the robot is {}", self.state)
     }
 }

@@ -160,14 +160,16 @@ impl World {
         };
         for (slot, robot) in scenario.robots.iter().enumerate() {
             let joins = |event: &&TimelineEvent| matches!(event.what, TimelineAction::Join { robot } if robot == slot);
-            world.place(slot, robot, scenario.events.iter().find(joins).map_or(0, |event| event.tick));
+            let instance = RobotInstance { index: RobotIndex::of(slot), incarnation: 0 };
+            world.place(instance, robot, scenario.events.iter().find(joins).map_or(0, |event| event.tick));
         }
         world.announce();
         world
     }
 
-    /// Gives a slot its robot, to enter at `at`.
-    fn place(&mut self, slot: usize, robot: &Robot, at: u64) {
+    /// Gives a slot its robot, to enter at `at`. Nothing is left there of a robot that had the slot before.
+    fn place(&mut self, instance: RobotInstance, robot: &Robot, at: u64) {
+        let slot = instance.index.at();
         for vacant in self.robots.len()..=slot {
             self.robots.push(None);
             self.referees.push(None);
@@ -189,7 +191,12 @@ impl World {
             self.bodies[slot].pose = arm.pose();
             self.arms.push(arm);
         }
-        self.presences[slot] = Presence::awaited(slot, at, robot.restart);
+        (self.scolded[slot], self.plans[slot]) = (false, PlanState::Ready);
+        self.contacts.forget(slot);
+        if let Some(solid) = &mut self.solid {
+            solid.leave(slot);
+        }
+        self.presences[slot] = Presence::awaited(instance, at, robot.restart);
         self.referees[slot] = Some(referee);
         self.robots[slot] = Some(robot.clone());
     }
@@ -209,6 +216,7 @@ impl World {
     pub fn has_process(&self, instance: RobotInstance) -> bool {
         let presence = self.presences.get(instance.index.at());
         presence.is_some_and(|presence| presence.instance() == instance && presence.has_process())
+            || self.orders.iter().any(|order| matches!(order, Order::Admit { instance: new, .. } if *new == instance))
     }
 
     /// Time stood still for the world's process: it goes on from now, and does not make up for it.
@@ -287,11 +295,14 @@ impl World {
         let mut orders = std::mem::take(&mut self.orders);
         for order in orders.drain(..) {
             match order {
-                Order::Admit { index, ref robot } => {
-                    let admitted = self.admit(index, robot);
+                Order::Admit { instance, ref robot } => {
+                    let admitted = self.admit(instance, robot);
                     self.answer(order.ticket(), admitted);
                 }
-                Order::Remove { index } => self.leave(index.at()),
+                Order::Remove { index } => {
+                    let left = self.leave(index.at());
+                    self.answer(order.ticket(), left);
+                }
                 Order::Task { id, index, task } => {
                     // A daemon that does not know whether the world has it sends it again.
                     let taken =
@@ -324,26 +335,43 @@ impl World {
         }
     }
 
-    fn admit(&mut self, index: RobotIndex, robot: &Robot) -> Result<(), &'static str> {
-        let slot = index.at();
-        let vacant = self.presences.get(slot).is_none_or(|presence| presence.state == State::Vacant);
+    fn admit(&mut self, instance: RobotInstance, robot: &Robot) -> Result<(), &'static str> {
+        let slot = instance.index.at();
+        let is_free = self.presences.get(slot).is_none_or(|presence| presence.is_free_for(instance.incarnation));
         let problem = match &robot.arm {
             // Its links would come between the pieces of others.
             Some(_) => "an arm cannot be added",
-            None if slot < self.slots_max && vacant => {
-                self.place(slot, robot, self.tick + 1);
+            None if arm::of_slot(&self.arms, slot).is_some() => "the slot is that of an arm",
+            None if slot < self.slots_max && is_free => {
+                self.place(instance, robot, self.tick);
+                // Whoever looks at the slot sees the new robot, not the one that it had before.
+                self.shown[slot] = u32::MAX;
+                // Its process is on its way: what is reported of it counts from here on.
+                self.presences[slot].announce(self.tick, self.ahead_ticks, &mut self.journal);
                 return Ok(());
             }
             None => "the slot is not free",
         };
+        let index = instance.index;
         self.journal.note(self.tick, index, EventKind::Ignored { order: "admit".to_owned(), why: problem.to_owned() });
         Err(problem)
     }
 
-    fn leave(&mut self, slot: usize) {
-        if let Some(presence) = self.presences.get_mut(slot) {
-            presence.leave(self.tick, &mut self.journal);
-        }
+    /// The robot goes. Its tasks are dropped before it is said that it has left: whoever gives them to others, or gives its
+    /// slot to another robot, knows of them by then.
+    fn leave(&mut self, slot: usize) -> Result<(), String> {
+        let why = match self.presences.get_mut(slot) {
+            None => UNKNOWN.to_owned(),
+            Some(presence) if matches!(presence.state, State::Vacant | State::Left) => presence.in_words(),
+            Some(_) => {
+                self.orphan(slot);
+                self.presences[slot].leave(self.tick, &mut self.journal);
+                return Ok(());
+            }
+        };
+        let event = EventKind::Ignored { order: "leave".to_owned(), why: why.clone() };
+        self.journal.note(self.tick, RobotIndex::of(slot), event);
+        Err(why)
     }
 
     fn enter(&mut self, ready: &mut dyn FnMut(RobotInstance) -> bool) {

@@ -1,4 +1,4 @@
-//! Running fleets, from a second terminal: `ps`, `latency`, `add`.
+//! Running fleets, from a second terminal: `ps`, `latency`, `add`, `remove`.
 
 use super::Format;
 use super::values::{Pose, parse_number, parse_point, parse_pose};
@@ -137,6 +137,27 @@ pub struct AddArgs {
     /// Body kind, point, unicycle or diff-drive; by default the one of the scenario's defaults
     #[arg(long, value_name = "KIND")]
     pub kind: Option<String>,
+    /// Output format
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal remove`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal remove r03
+
+The robot leaves between two ticks, and its process ends. Tasks that were sent
+to it by name fail; tasks for which shoal chose it go to other robots. Its name
+can be used again by `shoal add --id`.")]
+pub struct RemoveArgs {
+    /// The robot
+    #[arg(value_name = "ROBOT")]
+    pub robot: String,
+    /// Which fleet.
+    #[command(flatten)]
+    pub fleet: FleetArg,
     /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,

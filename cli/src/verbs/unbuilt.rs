@@ -9,7 +9,6 @@ use std::path::Path;
 /// Verbs that are still to come, and what does something like it today.
 const UNBUILT: &[(&str, &str)] = &[
     ("top", "`shoal ps` shows a running fleet; `shoal run` shows its progress"),
-    ("remove", "a scenario can let a robot leave: an event of kind `leave`"),
     ("replay", "`shoal run --mode lockstep` with the same seed drives the same trajectories"),
 ];
 

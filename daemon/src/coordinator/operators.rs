@@ -4,11 +4,11 @@
 //! Every request gets one answer, however long the world takes: after [`CONFIRM_WITHIN`] the operator is told that it
 //! is not known yet.
 
-use super::{Action, Coordinator, Member};
+use super::{Action, Coordinator};
 use model::kind::Range;
-use model::{BodyKind, Fault, ParamValues, ProcessState, RobotIndex};
+use model::{Fault, RobotIndex};
 use protocol::daemon_to_world::{Order, Ticket};
-use protocol::operator_to_daemon::{NewRobot, Reply, Request, TaskRecord};
+use protocol::operator_to_daemon::{Reply, Request, TaskRecord};
 use std::time::Duration;
 
 /// An operator is not kept waiting for the world for longer. The operator's own patience is longer.
@@ -30,7 +30,7 @@ pub enum Answer {
 /// An order that the world has not answered.
 pub(super) struct Waiting {
     pub(super) ticket: Ticket,
-    robot: String,
+    pub(super) robot: String,
     /// Since when, once the clock has been looked at.
     pub(super) since: Option<Duration>,
     /// What the operator is told when the world takes it; `None` once the operator has been answered.
@@ -51,7 +51,7 @@ impl Waiting {
     pub(super) fn what(&self) -> String {
         match self.ticket {
             Ticket::Task(task) | Ticket::Cancel(task) => format!("task {task} of robot `{}`", self.robot),
-            Ticket::Admit(_) => format!("robot `{}`", self.robot),
+            Ticket::Admit(_) | Ticket::Remove(_) => format!("robot `{}`", self.robot),
             Ticket::Fault(_) => format!("fault for robot `{}`", self.robot),
         }
     }
@@ -75,6 +75,7 @@ impl Coordinator {
                 Some("is the world stopped or the machine overloaded? see `shoal ps`, and try again later"),
             )),
             Request::Add(new) => self.add(new, near),
+            Request::Remove { robot } => self.remove(robot),
             Request::Cancel(name) => self.cancel_task(name).map(|(ticket, robot)| Waiting {
                 ticket,
                 robot,
@@ -120,8 +121,10 @@ impl Coordinator {
                 _ => reply,
             },
             (Some(problem), reply) => {
-                if let Ticket::Admit(index) = ticket {
-                    self.not_admitted(index);
+                match ticket {
+                    Ticket::Admit(instance) => self.not_admitted(instance),
+                    Ticket::Remove(index) => self.not_removed(index),
+                    Ticket::Task(_) | Ticket::Cancel(_) | Ticket::Fault(_) => {}
                 }
                 reply.map(|_| refused(&format!("robot `{robot}`: {problem}"), hint_for(&problem)).into())
             }
@@ -164,64 +167,6 @@ impl Coordinator {
             let hint = "it may still be done; `shoal ps` shows the robots, and whether the world runs".to_owned();
             self.actions.push(Action::Reply(waiting.ticket, Reply::Unconfirmed { problem, hint }));
         }
-    }
-
-    /// The world has no place for a robot that an operator added: it was never there.
-    fn not_admitted(&mut self, index: RobotIndex) {
-        if let Some(member) = self.members.get_mut(index.at()) {
-            member.state = ProcessState::Refused;
-        }
-        // Slots are places in lists: those before the last are given up as soon as they are the last.
-        while self.members.last().is_some_and(|member| member.state == ProcessState::Refused) {
-            self.members.pop();
-            self.scenario.robots.pop();
-        }
-    }
-
-    fn add(&mut self, new: &NewRobot, near: &dyn Fn([f64; 2], f64) -> Option<RobotIndex>) -> Result<Waiting, Refusal> {
-        let slots = self.scenario.fleet.max_robots;
-        if self.scenario.robots.len() >= slots {
-            return Err(refused(
-                &format!("the fleet is full: {slots} robots"),
-                Some("start it with a larger `fleet.max_robots` (`--set fleet.max_robots=N`)"),
-            ));
-        }
-        let kind = match new.kind.as_deref() {
-            None => None,
-            // An arm is refused below, with the reason.
-            Some(word) => Some(BodyKind::ALL.iter().copied().find(|kind| kind.word() == word).ok_or_else(|| {
-                let known: Vec<&str> = BodyKind::MOBILE.iter().map(|kind| kind.word()).collect();
-                refused(&format!("unknown kind `{}`", shown(word)), Some(&format!("known kinds: {}", known.join(", "))))
-            })?),
-        };
-        let wish = scenarios::NewRobot {
-            id: new.id.clone(),
-            kind,
-            radius_m: None,
-            start: new.start_m.into(),
-            start_yaw_rad: new.start_yaw_rad,
-            goals: vec![new.goal_m.into()],
-            goal_yaw_rad: new.goal_yaw_rad,
-            planner: new.planner.clone(),
-            params: ParamValues::new(),
-        };
-        let robot = match scenarios::add_robot(&self.scenario, &wish) {
-            Ok(robot) => robot,
-            Err(problems) => return Err(refused(problems.to_string().trim_end(), None)),
-        };
-        if let Some(other) = near([robot.start.x, robot.start.y], robot.radius_m) {
-            let name = self.name(other).to_owned();
-            return Err(refused(
-                &format!("start: robot `{name}` is in the way"),
-                Some("choose another start, or try again later"),
-            ));
-        }
-        let index = RobotIndex::of(self.scenario.robots.len());
-        let (name, reply) = (robot.id.clone(), Reply::Added { robot: robot.id.clone(), index });
-        self.actions.push(Action::Order(Order::Admit { index, robot: Box::new(robot.clone()) }));
-        self.scenario.robots.push(robot);
-        self.members.push(Member::new(index));
-        Ok(Waiting { ticket: Ticket::Admit(index), robot: name, since: None, reply: Some(reply) })
     }
 
     fn inject(&mut self, name: &str, fault: Fault, for_s: Option<f64>) -> Result<Waiting, Refusal> {

@@ -64,7 +64,7 @@ impl Coordinator {
             let index = RobotIndex::of(slot);
             match standings.robots.iter().find(|(instance, _)| instance.index == index) {
                 Some((instance, standing)) => self.stands(*instance, *standing),
-                None => self.admit_again(index),
+                None => self.admit_again(slot),
             }
         }
         for (id, index, active) in &standings.tasks {
@@ -140,13 +140,11 @@ impl Coordinator {
     }
 
     /// A robot that was added, of which the world knows nothing.
-    fn admit_again(&mut self, index: RobotIndex) {
-        let (Some(member), Some(robot)) = (self.members.get(index.at()), self.scenario.robots.get(index.at())) else {
-            return;
-        };
+    fn admit_again(&mut self, slot: usize) {
+        let (Some(member), Some(robot)) = (self.members.get(slot), self.scenario.robots.get(slot)) else { return };
         if member.state != ProcessState::Refused {
-            let robot = Box::new(robot.clone());
-            self.actions.push(Action::Order(Order::Admit { index, robot }));
+            let (instance, robot) = (member.next.unwrap_or(member.instance), Box::new(robot.clone()));
+            self.actions.push(Action::Order(Order::Admit { instance, robot }));
         }
     }
 
@@ -173,10 +171,10 @@ impl Coordinator {
             std::mem::take(&mut self.waiting).into_iter().partition(|waiting| tickets.contains(&waiting.ticket));
         self.waiting = waiting;
         for waiting in lost {
-            let is_there = |index: RobotIndex| standings.robots.iter().any(|(instance, _)| instance.index == index);
+            let is_there = |who: RobotInstance| standings.robots.iter().any(|(instance, _)| *instance == who);
             match waiting.ticket {
                 // The world has been asked to admit it again.
-                Ticket::Admit(index) if !is_there(index) => self.waiting.push(waiting),
+                Ticket::Admit(instance) if !is_there(instance) => self.waiting.push(waiting),
                 Ticket::Admit(_) => self.answer(waiting, None),
                 Ticket::Cancel(id) if self.tasks.state_of(id).is_none_or(TaskState::is_final) => {
                     self.answer(waiting, None);

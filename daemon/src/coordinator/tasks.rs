@@ -318,6 +318,8 @@ impl Coordinator {
         if self.tasks.records.get(&id).is_some_and(|record| record.state == TaskState::Queued) {
             match problem {
                 None => self.change(id, TaskState::Assigned, ""),
+                // It went after it had been chosen.
+                Some(problem) if problem == world_sim::ROBOT_GONE => self.reassign(id, TaskState::Refused, &problem),
                 Some(problem) => self.change(id, TaskState::Refused, &problem),
             }
         }
@@ -335,7 +337,9 @@ impl Coordinator {
                 self.change(id, TaskState::Cancelled, "replaced by a task that was to be done at once");
             }
             TaskStep::Dropped(TaskEnd::Overdue) => self.change(id, TaskState::Failed, OVERDUE),
-            TaskStep::Dropped(TaskEnd::RobotGone) => self.reassign(id, &format!("robot `{robot}` is gone")),
+            TaskStep::Dropped(TaskEnd::RobotGone) => {
+                self.reassign(id, TaskState::Failed, &format!("robot `{robot}` is gone"));
+            }
         }
     }
 

@@ -38,11 +38,11 @@ pub(super) fn pass(
     seconds.for_each(|second| coordinator.time(Duration::from_secs(second), ready, NEVER_WAITED));
 }
 
-fn killed() -> Ending {
+pub(super) fn killed() -> Ending {
     Ending { signal: Some(9), code: None }
 }
 
-fn died(who: RobotInstance) -> Action {
+pub(super) fn died(who: RobotInstance) -> Action {
     Action::Order(Order::Absent {
         instance: who,
         cause: Absence::Died { signal: Some(9), code: None, words: String::new() },
@@ -346,7 +346,7 @@ fn the_second_interrupt_ends_everything_at_once() {
     assert_eq!(coordinator.take_actions(), [Action::KillFleet]);
 }
 
-fn add(id: &str, start_m: [f64; 2]) -> Request {
+pub(super) fn add(id: &str, start_m: [f64; 2]) -> Request {
     Request::Add(NewRobot { id: Some(id.to_owned()), start_m, goal_m: [0.0, 2.5], ..Default::default() })
 }
 
@@ -376,6 +376,7 @@ pub(super) fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
         .map(|(ticket, reply)| match reply {
             Reply::Added { robot, index } => (ticket, format!("{robot} added as {index}")),
             Reply::Tasked(records) | Reply::Tasks(records) => (ticket, words_of(&records)),
+            Reply::Removed { robot } => (ticket, format!("{robot} has left")),
             Reply::Injected { ticks } => (ticket, format!("fault for {ticks:?} ticks")),
             Reply::Refused { problem, .. } => (ticket, problem),
             Reply::Failed { problem, .. } => (ticket, format!("failed: {problem}")),
@@ -397,8 +398,12 @@ fn operators_are_served_or_told_why_not() {
     assert!(refusal(coordinator.request(&add("north", [0.0, -2.0]), near)).contains("is in the way"));
     assert_eq!(coordinator.take_actions(), []);
     let added = coordinator.request(&add("north", [0.0, -2.0]), FREE_PLACE);
-    assert_eq!(added, Answer::Later(Ticket::Admit(RobotIndex(2))));
-    assert!(matches!(&coordinator.take_actions()[..], [Action::Order(Order::Admit { index: RobotIndex(2), .. })]));
+    assert_eq!(added, Answer::Later(Ticket::Admit(instance(2, 0))));
+    let [Action::Order(Order::Admit { instance: new, .. }), Action::Spawn(begun)] = coordinator.take_actions()[..]
+    else {
+        panic!("an order, and its process");
+    };
+    assert_eq!([new, begun], [instance(2, 0); 2]);
     assert!(refusal(coordinator.request(&add("south", [0.0, -2.0]), FREE_PLACE)).contains("full"));
 
     assert_eq!(coordinator.request(&task("north", [0.0, 1.0]), FREE_PLACE), Answer::Later(Ticket::Task(TaskId(0))));
@@ -409,7 +414,7 @@ fn operators_are_served_or_told_why_not() {
 #[test]
 fn an_operator_is_answered_when_the_world_has_decided() {
     let mut coordinator = running(&["fleet.max_robots=4"]);
-    let (north, first, second) = (Ticket::Admit(RobotIndex(2)), Ticket::Task(TaskId(0)), Ticket::Task(TaskId(1)));
+    let (north, first, second) = (Ticket::Admit(instance(2, 0)), Ticket::Task(TaskId(0)), Ticket::Task(TaskId(1)));
     coordinator.request(&add("north", [0.0, -2.0]), FREE_PLACE);
     coordinator.request(&task("north", [0.0, 1.0]), FREE_PLACE);
     coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE);
@@ -514,10 +519,10 @@ fn a_robot_that_the_world_refuses_was_never_there() {
     for (id, y_m) in [("n", -2.0), ("s", -3.0), ("w", -4.0)] {
         coordinator.request(&add(id, [0.0, y_m]), FREE_PLACE);
     }
-    answer(&mut coordinator, Ticket::Admit(RobotIndex(2)), None);
-    answer(&mut coordinator, Ticket::Admit(RobotIndex(3)), Some("no"));
+    answer(&mut coordinator, Ticket::Admit(instance(2, 0)), None);
+    answer(&mut coordinator, Ticket::Admit(instance(3, 0)), Some("no"));
     assert_eq!(coordinator.members().len(), 5, "places in lists are kept");
-    answer(&mut coordinator, Ticket::Admit(RobotIndex(4)), Some("no"));
+    answer(&mut coordinator, Ticket::Admit(instance(4, 0)), Some("no"));
     assert_eq!((coordinator.members().len(), coordinator.scenario().robots.len()), (3, 3));
-    assert_eq!(coordinator.request(&add("s", [0.0, -3.0]), FREE_PLACE), Answer::Later(Ticket::Admit(RobotIndex(3))));
+    assert_eq!(coordinator.request(&add("s", [0.0, -3.0]), FREE_PLACE), Answer::Later(Ticket::Admit(instance(3, 0))));
 }

@@ -144,6 +144,7 @@ fn tasks_of_a_running_fleet_are_checked_for_arms_too() {
 fn arms_are_not_added_to_a_running_fleet() {
     let scenario = good("", "");
     let request = NewRobot {
+        returns: false,
         id: None,
         kind: Some(BodyKind::TwoLinkArm),
         radius_m: None,

@@ -42,6 +42,7 @@ fn what_is_added_is_solid_too() {
         start: Point2::new(0.0, 3.0),
         goals: vec![Point2::new(5.0, 3.0)],
         id: None,
+        returns: false,
         kind: None,
         start_yaw_rad: None,
         goal_yaw_rad: None,

@@ -327,6 +327,7 @@ fn a_late_joiner_may_start_where_another_one_starts() {
 fn request() -> NewRobot {
     NewRobot {
         id: None,
+        returns: false,
         kind: None,
         radius_m: None,
         start: Point2::new(3.0, 0.0),
@@ -347,6 +348,8 @@ fn a_new_robot_is_like_the_defaults() {
     let other = NewRobot { planner: Some("straight".to_string()), id: Some("x".to_string()), ..request() };
     let other = add_robot(&scenario, &other).unwrap();
     assert_eq!((other.id.as_str(), other.planner.as_str(), other.params.len()), ("x", "straight", 0));
+    let again = add_robot(&scenario, &NewRobot { id: Some("a".to_string()), returns: true, ..request() });
+    assert_eq!(again.unwrap().id, "a", "that of a robot that has left");
     let stays = add_robot(&scenario, &NewRobot { goals: Vec::new(), ..request() }).unwrap();
     assert_eq!((stays.goals, stays.start_yaw_rad), (vec![stays.start], 0.0));
 }

@@ -104,6 +104,7 @@ fn keys() {
 fn added_robots_have_the_wheels_of_their_kind() {
     let scenario = scenario(GOOD);
     let wish = |kind| NewRobot {
+        returns: false,
         id: None,
         kind,
         radius_m: None,

@@ -11,7 +11,7 @@ use crate::kinematics::Pose;
 use crate::presence::Presence;
 use crate::referee::Referee;
 use geometry::ArmState;
-use model::{Event, EventKind, PlanState, Radio, Robot, RobotIndex, Scenario, TaskId, TaskStep};
+use model::{Event, EventKind, PlanState, Radio, Robot, RobotIndex, RobotInstance, Scenario, TaskId, TaskStep};
 use protocol::world_to_daemon::{Notice, Standings};
 use protocol::world_to_robot::NeighborRef;
 use serde::{Deserialize, Serialize};
@@ -120,7 +120,7 @@ impl World {
         let mut world = World::new(&Scenario { robots: Vec::new(), ..scenario.clone() });
         for (slot, robot) in saved.robots.iter().enumerate() {
             if let Some(robot) = robot {
-                world.place(slot, robot, 0);
+                world.place(RobotInstance { index: RobotIndex::of(slot), incarnation: 0 }, robot, 0);
             }
         }
         if world.robots.len() != slots || world.arms.len() != saved.arms.len() {

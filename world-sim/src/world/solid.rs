@@ -41,6 +41,11 @@ impl Solid {
         }
     }
 
+    /// The robot of this slot goes, and another one may come before the next tick opens.
+    pub(crate) fn leave(&mut self, slot: usize) {
+        self.bodies.leave(slot);
+    }
+
     /// A robot asks its body for this.
     pub(crate) fn ask(&mut self, slot: usize, drive: Option<Drive>) {
         self.asked[slot] = drive;

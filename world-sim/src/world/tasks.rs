@@ -64,6 +64,14 @@ impl World {
         if referee.drop_tasks(&is_meant, self.tick, at, &mut self.journal) { Ok(()) } else { Err(NOT_ITS_TASK) }
     }
 
+    /// The tasks of a robot that goes are dropped.
+    pub(super) fn orphan(&mut self, slot: usize) {
+        if let Some(referee) = self.referees[slot].as_mut().filter(|referee| referee.has_tasks()) {
+            let here = self.bodies[slot].pose.position;
+            referee.drop_tasks(&|_, _| Some(TaskEnd::RobotGone), self.tick, here, &mut self.journal);
+        }
+    }
+
     /// Robots that are gone for good have no tasks any more, and no robot has one that is not done by its deadline.
     pub(super) fn drop_tasks(&mut self) {
         for (slot, referee) in self.referees.iter_mut().enumerate() {

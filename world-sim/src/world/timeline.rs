@@ -11,7 +11,10 @@ impl World {
             self.next_event += 1;
             match what {
                 TimelineAction::Join { .. } => {} // The slot has been waiting for this tick since the start.
-                TimelineAction::Leave { robot } => self.leave(robot),
+                TimelineAction::Leave { robot } => {
+                    // The log says so if it is gone already.
+                    let _ = self.leave(robot);
+                }
                 TimelineAction::Task { robot, task } => {
                     // The log says so if it was not taken; no operator waits for an answer.
                     let _ = self.task(RobotIndex::of(robot), task, GoalSource::Timeline);

@@ -292,7 +292,7 @@ fn an_arm_is_not_admitted_to_a_running_world() {
     use protocol::daemon_to_world::Order;
     let scenario = scenario(vec![robot(0, [0.0, 0.0], [9.0, 0.0])]);
     let mut world = World::new(&scenario);
-    world.order(Order::Admit { index: RobotIndex(1), robot: Box::new(arm(1, [5.0, 5.0], [0.0, 0.0])) });
+    world.order(Order::Admit { instance: instance(1, 0), robot: Box::new(arm(1, [5.0, 5.0], [0.0, 0.0])) });
     world.open(&mut |_| true);
     assert_eq!(world.robot_count(), 1);
     assert!(world.outcome().events.iter().any(|event| event.kind.name() == EventName::Ignored));

@@ -1,6 +1,6 @@
 //! Faults on purpose: when they begin and end, whom they concern, and what the operator who asked for one is told.
 
-use crate::driver::{Driver, at, robot, scenario};
+use crate::driver::{Driver, at, instance, robot, scenario};
 use model::{EventName, Fault, Radio, Restart, RobotIndex, Scenario, TimelineAction, TimelineEvent};
 use protocol::daemon_to_world::{FaultId, Order, Ticket};
 use protocol::world_to_daemon::Notice;
@@ -140,7 +140,7 @@ fn the_radio_of_the_scenario_is_told_before_the_first_tick_and_to_those_who_come
     assert_eq!(driver.world.impairment(2).radio(), radio);
     driver.close();
     let new = Box::new(robot(3, [5.0, 5.0], [9.0, 9.0]));
-    driver.world.order(Order::Admit { index: RobotIndex(3), robot: new });
+    driver.world.order(Order::Admit { instance: instance(3, 0), robot: new });
     driver.open();
     assert_eq!(driver.world.opening().impairments, [3]);
     assert_eq!(driver.world.impairment(3).radio(), radio);

@@ -2,9 +2,11 @@
 
 use crate::driver::{Driver, at, instance, robot, scenario};
 use model::{
-    EventKind, EventName, Gone, Restart, RestartPolicy, RobotIndex, Scenario, StragglerPolicy, TimelineAction,
+    EventKind, EventName, Gone, Restart, RestartPolicy, Robot, RobotIndex, Scenario, StragglerPolicy, Task, TaskEnd,
+    TaskId, TaskStep, TimelineAction,
 };
-use protocol::daemon_to_world::{Absence, Order};
+use protocol::daemon_to_world::{Absence, Order, Ticket};
+use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::Odometry;
 
 /// Two robots far from their goals.
@@ -257,18 +259,125 @@ fn robots_can_be_admitted() {
     let mut driver = Driver::new(&pair());
     driver.until(4);
     let new = Box::new(robot(3, [0.0, 5.0], [9.0, 5.0]));
-    driver.world.order(Order::Admit { index: RobotIndex(3), robot: new.clone() });
+    driver.unready.push(instance(3, 0));
+    driver.world.order(Order::Admit { instance: instance(3, 0), robot: new.clone() });
     driver.tick();
     assert_eq!(driver.world.due(), [instance(3, 0)]);
+    driver.unready.clear();
     driver.tick();
-    assert_eq!(driver.story(3), "4:Expect@5.0 5:Entered.0");
-    driver.world.order(Order::Admit { index: RobotIndex(3), robot: new.clone() });
-    driver.world.order(Order::Admit { index: RobotIndex(99), robot: new });
+    assert_eq!(driver.story(3), "4:Expect@4.0 5:Entered.0");
+    for taken in [instance(3, 0), instance(3, 1), instance(99, 0)] {
+        driver.world.order(Order::Admit { instance: taken, robot: new.clone() });
+    }
     driver.tick();
-    assert_eq!(driver.logged(EventName::Ignored, 3), [6]);
+    assert_eq!(driver.logged(EventName::Ignored, 3), [6, 6]);
     assert_eq!(driver.logged(EventName::Ignored, 99), [6]);
     let slots: Vec<u32> = driver.world.outcome().robots.iter().map(|robot| robot.robot.0).collect();
     assert_eq!(slots, [0, 1, 3]);
+}
+
+/// The process of a robot that an operator adds is started while the world still decides.
+#[test]
+fn what_is_reported_of_the_process_of_a_newcomer_counts_before_the_world_has_admitted_it() {
+    let mut driver = Driver::new(&pair());
+    driver.until(4);
+    let new = Box::new(Robot { restart: Restart { limit: 1, delay_ticks: 2 }, ..robot(3, [0.0, 5.0], [9.0, 5.0]) });
+    driver.world.order(Order::Admit { instance: instance(3, 0), robot: new });
+    assert!(driver.world.has_process(instance(3, 0)) && !driver.world.has_process(instance(3, 1)));
+    driver.world.order(Order::Absent { instance: instance(3, 0), cause: cannot_start() });
+    driver.until(10);
+    assert_eq!(driver.story(3), "4:Expect@4.0 4:Kill.0 4:Expect@6.1 6:Entered.1");
+}
+
+#[test]
+fn a_slot_whose_robot_has_left_is_free_for_the_next_life() {
+    let mut scenario = restarting(2, 2);
+    scenario.robots[0].goals = vec![[9.0, 0.0].into()];
+    let mut driver = Driver::new(&scenario);
+    driver.world.order(Order::Absent { instance: instance(0, 0), cause: DIED });
+    driver.until(5);
+    let again = robot(0, [0.0, -5.0], [1.0, -5.0]);
+    let admit = |incarnation| Order::Admit { instance: instance(0, incarnation), robot: Box::new(again.clone()) };
+    let remove = Order::Remove { index: RobotIndex(0) };
+    let task = |id: u32| Order::Task { id: TaskId(id), index: RobotIndex(0), task: Task::to([5.0, 0.0]) };
+    // All in one tick: what the robot before has to do is dropped, and the next one has its own.
+    driver.world.order(task(1));
+    for order in [admit(2), remove.clone(), task(2), admit(1), admit(2), task(3), remove.clone(), admit(3)] {
+        driver.world.order(order);
+    }
+    driver.tick();
+    let answers = answers(&driver);
+    let expected = [
+        (Ticket::Task(TaskId(1)), true),
+        (Ticket::Admit(instance(0, 2)), false),
+        (Ticket::Remove(RobotIndex(0)), true),
+        (Ticket::Task(TaskId(2)), false),
+        (Ticket::Admit(instance(0, 1)), false),
+        (Ticket::Admit(instance(0, 2)), true),
+        (Ticket::Task(TaskId(3)), true),
+        (Ticket::Remove(RobotIndex(0)), true),
+        (Ticket::Admit(instance(0, 3)), true),
+    ];
+    assert_eq!(answers, expected);
+    let lost: Vec<TaskId> = driver
+        .notices
+        .iter()
+        .filter_map(|(_, notice)| match notice {
+            Notice::Task { id, step: TaskStep::Dropped(TaskEnd::RobotGone) } => Some(*id),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(lost, [TaskId(1), TaskId(3)]);
+    let story = "0:Expect@0.0 0:Expect@2.1 2:Entered.1 5:Left.1 5:Expect@5.2 5:Left.2 5:Expect@5.3 5:Entered.3";
+    assert_eq!(driver.story(0), story);
+    assert_eq!(driver.position(0).y, -5.0, "it is where it starts, not where the robot before was");
+    driver.until(20);
+    let outcome = &driver.world.outcome().robots[0];
+    assert_eq!((outcome.incarnation, outcome.joined_tick, outcome.arrived), (3, 5, true), "{outcome:?}");
+    assert_eq!((outcome.goals_done, outcome.tasks_done), (1, 0));
+
+    driver.world.order(remove.clone());
+    driver.world.order(remove);
+    driver.tick();
+    assert_eq!(
+        answers_since(&driver, 20),
+        [(Ticket::Remove(RobotIndex(0)), true), (Ticket::Remove(RobotIndex(0)), false)]
+    );
+}
+
+#[test]
+fn the_tasks_of_a_robot_are_dropped_before_it_is_said_that_it_has_left() {
+    for leave in ["order", "timeline"] {
+        let mut scenario = pair();
+        if leave == "timeline" {
+            scenario.events = vec![at(3, TimelineAction::Leave { robot: 0 })];
+        }
+        let mut driver = Driver::new(&scenario);
+        driver.world.order(Order::Task { id: TaskId(7), index: RobotIndex(0), task: Task::to([5.0, 0.0]) });
+        driver.until(3);
+        if leave == "order" {
+            driver.world.order(Order::Remove { index: RobotIndex(0) });
+        }
+        driver.tick();
+        let place = |wanted: &dyn Fn(&Notice) -> bool| driver.notices.iter().position(|(_, notice)| wanted(notice));
+        let dropped =
+            place(&|notice| matches!(notice, Notice::Task { step: TaskStep::Dropped(TaskEnd::RobotGone), .. }));
+        let left = place(&|notice| matches!(notice, Notice::Left { .. }));
+        assert!(dropped.is_some() && dropped < left, "{leave}: {dropped:?}, {left:?}");
+    }
+}
+
+/// Which orders the world has answered, and whether it took them.
+fn answers(driver: &Driver) -> Vec<(Ticket, bool)> {
+    answers_since(driver, 0)
+}
+
+fn answers_since(driver: &Driver, since: u64) -> Vec<(Ticket, bool)> {
+    let answer = |(tick, notice): &(u64, Notice)| match notice {
+        Notice::Answer { ticket, refused } if *tick >= since => Some((*ticket, refused.is_none())),
+        _ => None,
+    };
+    driver.notices.iter().filter_map(answer).collect()
 }
 
 #[test]

@@ -44,6 +44,7 @@ impl Coordinator {
             Some(ProcessState::Paused | ProcessState::Stopped) => !is_auction,
             _ => false,
         };
+        let works = |slot: usize| works(slot) && !self.members[slot].leaving;
         let slots = (0..self.scenario.robots.len()).filter(|slot| works(*slot));
         let placed = slots.filter_map(|slot| Some((slot, self.tasks.places.get(slot).copied().flatten()?)));
         let of = |(slot, place): (usize, Place)| {
@@ -82,6 +83,12 @@ impl Coordinator {
                         Some("`shoal ps` shows the robots; `--assign nearest` chooses one"),
                     ));
                 }
+                if self.members[slot].leaving {
+                    return Err(refused(
+                        &format!("robot `{name}` is leaving"),
+                        Some("`shoal ps` shows the robots; `--assign nearest` chooses one"),
+                    ));
+                }
                 return Ok(vec![slot; tasks.len()]);
             }
             Assign::Nearest | Assign::Optimal | Assign::Auction => self.candidates(assign),
@@ -109,12 +116,13 @@ impl Coordinator {
         chosen.into_iter().enumerate().map(slot_of).collect()
     }
 
-    /// The robot of a task is gone: another one gets it, unless its sender wanted this one.
-    pub(super) fn reassign(&mut self, id: TaskId, why: &str) {
+    /// The robot of a task is gone: another one gets it, unless its sender wanted this one, or there is none; then it ends in
+    /// this state.
+    pub(super) fn reassign(&mut self, id: TaskId, end: TaskState, why: &str) {
         let Some(record) = self.tasks.records.get(&id) else { return };
         let (assign, task, gone) = (record.assign.clone(), record.task, record.robot.clone());
         if let Assign::Robot(_) = assign {
-            return self.change(id, TaskState::Failed, why);
+            return self.change(id, end, why);
         }
         if let Some(place) = self.scenario.robots.iter().position(|robot| robot.id == gone)
             && let Some(place) = self.tasks.places.get_mut(place)
@@ -130,7 +138,7 @@ impl Coordinator {
                 self.change(id, TaskState::Queued, &format!("{why}: given to another one"));
                 self.order_task(id);
             }
-            Err(refusal) => self.change(id, TaskState::Failed, &format!("{why}, and {}", refusal.problem)),
+            Err(refusal) => self.change(id, end, &format!("{why}, and {}", refusal.problem)),
         }
     }
 }
