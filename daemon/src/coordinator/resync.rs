@@ -5,7 +5,7 @@
 //! back by some ticks is not done again. Everything that was sent before the question has been looked at by the world when
 //! it answers, and everything sent later is left alone.
 
-use super::{Action, Coordinator, Member, Signal, Waiting};
+use super::{Action, Coordinator, Signal, Waiting};
 use model::{ProcessState, RobotIndex, RobotInstance, Scenario, TaskId, TaskState};
 use protocol::daemon_to_world::{Absence, Order, Ticket};
 use protocol::operator_to_daemon::Reply;
@@ -110,7 +110,7 @@ impl Coordinator {
                 member.state = ProcessState::Dead;
                 self.signal(instance, Signal::Kill, None);
             }
-            Standing::Left => member.state = ProcessState::Left,
+            Standing::Left => (member.state, member.lives) = (ProcessState::Left, instance.incarnation + 1),
             _ if !runs => self.died_unseen(instance),
             Standing::Paused { goes_on: false } => {
                 member.state = ProcessState::Paused;
@@ -134,7 +134,7 @@ impl Coordinator {
     /// The process of a life that the world believes in has ended while nobody looked.
     fn died_unseen(&mut self, instance: RobotInstance) {
         self.with_current(instance, |member| member.state = ProcessState::Dead);
-        let words = "its process ended while the fleet had no daemon".to_owned();
+        let words = "its process had ended when a daemon looked again".to_owned();
         let cause = Absence::Died { signal: None, code: None, words };
         self.actions.push(Action::Order(Order::Absent { instance, cause }));
     }
@@ -198,13 +198,6 @@ impl Coordinator {
             };
             self.actions.push(Action::Reply(waiting.ticket, reply));
         }
-    }
-}
-
-impl Member {
-    /// What a daemon that takes over finds out of its process: it is stopped.
-    pub fn is_halted(&self) -> bool {
-        self.halted
     }
 }
 

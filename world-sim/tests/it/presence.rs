@@ -281,7 +281,10 @@ fn robots_can_be_admitted() {
 fn what_is_reported_of_the_process_of_a_newcomer_counts_before_the_world_has_admitted_it() {
     let mut driver = Driver::new(&pair());
     driver.until(4);
-    let new = Box::new(Robot { restart: Restart { limit: 1, delay_ticks: 2 }, ..robot(3, [0.0, 5.0], [9.0, 5.0]) });
+    let new = Box::new(Robot {
+        restart: Restart { policy: RestartPolicy::OnFailure, limit: 1, delay_ticks: 2, ..Restart::NEVER },
+        ..robot(3, [0.0, 5.0], [9.0, 5.0])
+    });
     driver.world.order(Order::Admit { instance: instance(3, 0), robot: new });
     assert!(driver.world.has_process(instance(3, 0)) && !driver.world.has_process(instance(3, 1)));
     driver.world.order(Order::Absent { instance: instance(3, 0), cause: cannot_start() });

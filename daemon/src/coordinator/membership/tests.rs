@@ -139,7 +139,7 @@ fn a_robot_that_is_refused_after_its_process_was_started_leaves_its_lives_behind
 #[test]
 fn tasks_of_a_robot_that_leaves_go_to_others_or_are_reported() {
     let mut coordinator = running(&[]);
-    let place = |x_m| Some(Place { at_m: [x_m, 0.0], goal_m: None });
+    let place = |x_m| Some(Place { at_m: [x_m, 0.0], goal_m: None, says_left_m: None });
     coordinator.tell_places(vec![place(1.0), place(-1.0)]);
     let nearest =
         |x_m: f64| Request::Task(NewTasks { assign: Assign::Nearest, tasks: vec![Task::to([x_m, 0.5])], key: None });

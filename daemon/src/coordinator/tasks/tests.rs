@@ -292,7 +292,7 @@ fn open_tasks_are_found_without_looking_at_all() {
         assert_eq!(sets[2], those(&|record| is_open(record) && !matches!(record.assign, Assign::Robot(_))));
     };
     let mut coordinator = running(&[]);
-    coordinator.keep_records(Vec::new(), TaskId(0));
+    coordinator.keep_records(Vec::new(), TaskId(0), Robots::New);
     let east = names(&coordinator)[0].clone();
     coordinator.tell_places(vec![place([0.0, 1.0], None), place([0.0, 2.0], None)]);
     coordinator.request(&batch(Assign::Nearest, &[[0.0, 1.0], [0.0, 1.2]]), FREE_PLACE);
@@ -317,7 +317,7 @@ fn open_tasks_are_found_without_looking_at_all() {
     let mut open = known[0].clone();
     (open.id, open.state) = (TaskId(7), TaskState::Active);
     let mut next = running(&[]);
-    next.keep_records(known.into_iter().chain([open]).collect(), TaskId(8));
+    next.keep_records(known.into_iter().chain([open]).collect(), TaskId(8), Robots::New);
     check(&next);
     assert!(next.wants_places());
 }
