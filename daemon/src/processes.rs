@@ -255,6 +255,15 @@ impl Children {
         !self.executables.is_empty()
     }
 
+    /// The robot instances whose processes live.
+    pub fn instances(&self) -> Vec<RobotInstance> {
+        let of = |index: &usize| match self.all[*index].who {
+            Who::World => None,
+            Who::Agent(instance) => Some(instance),
+        };
+        self.alive.values().filter_map(of).collect()
+    }
+
     /// Whether any process is left.
     pub fn any(&self) -> bool {
         !self.alive.is_empty()

@@ -457,7 +457,9 @@ impl Supervisor {
         let (name, draft) = (world_sim::shell::SCENARIO_FILE, "scenario.draft");
         let left = write(&self.address, draft, self.coordinator.scenario()).and_then(|()| {
             std::fs::rename(self.address.file(draft), self.address.file(name))
-                .map_err(|error| Error::new(Kind::Memory, format!("scenario: cannot be replaced: {error}")))
+                .map_err(|error| Error::new(Kind::Memory, format!("scenario: cannot be replaced: {error}")))?;
+            self.footing = Footing::survey_running(&self.address)?;
+            Ok(())
         });
         if let Err(failure) = left {
             self.log(Entry::new(Level::Error, "daemon", failure.message));

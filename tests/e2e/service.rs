@@ -12,8 +12,8 @@ use tempfile::TempDir;
 
 /// A fleet in the background, which ends with the test.
 pub(crate) struct Service {
-    directory: TempDir,
-    name: String,
+    pub(crate) directory: TempDir,
+    pub(crate) name: String,
     scenario: String,
     pub(crate) root: PathBuf,
     up: Value,
@@ -23,7 +23,7 @@ pub(crate) struct Service {
 
 impl Service {
     /// A fleet of this number of robots on lanes of 2 m, restarted if they die.
-    fn up(robots: usize) -> Service {
+    pub(crate) fn up(robots: usize) -> Service {
         let more = "[fleet]\ncommand_timeout_s = 30\n[defaults]\nrestart = \"on-failure\"\nrestart_delay_s = 0.2\n";
         Service::of(lanes(robots, 2.0).replacen("[defaults]\n", more, 1), &[])
     }
@@ -40,12 +40,12 @@ impl Service {
         service
     }
 
-    fn command(&self) -> Command {
+    pub(crate) fn command(&self) -> Command {
         self.command_for(&self.name)
     }
 
     /// The same scenario and state, under this name.
-    fn command_for(&self, name: &str) -> Command {
+    pub(crate) fn command_for(&self, name: &str) -> Command {
         let mut command = Command::new(SHOAL);
         command.arg("up").arg(self.directory.path().join("scenario.toml")).args(["--name", name, "--state"]);
         command.arg(self.state()).args(["--format", "json"]);
@@ -53,16 +53,29 @@ impl Service {
         command
     }
 
-    fn start(&mut self) {
+    pub(crate) fn start(&mut self) {
         let mut command = self.command();
         command.arg("--detach");
+        self.start_by(command);
+    }
+
+    /// Another daemon takes the fleet over.
+    pub(crate) fn adopt(&mut self) {
+        let root = self.root.clone();
+        let mut command = Command::new(SHOAL);
+        command.args(["up", "--adopt", "--detach", "--format", "json", "--name", &self.name]);
+        self.start_by(command);
+        assert_eq!(self.root, root, "it is the same fleet");
+    }
+
+    fn start_by(&mut self, command: Command) {
         self.up = run(command).expect(0).report;
         self.root =
             format!("/dev/shm/shoal-{}-{}", rustix::process::geteuid().as_raw(), self.up["fleet"].as_str().unwrap())
                 .into();
     }
 
-    fn state(&self) -> PathBuf {
+    pub(crate) fn state(&self) -> PathBuf {
         self.directory.path().join("state")
     }
 
@@ -78,6 +91,11 @@ impl Service {
         self.up["daemon_pid"].as_u64().unwrap() as u32
     }
 
+    /// The world's process, as `ps` has it.
+    pub(crate) fn world(&self) -> u32 {
+        self.json(&["ps"])["fleets"][0]["world_pid"].as_u64().unwrap() as u32
+    }
+
     /// The agent that is the process of a robot now.
     pub(crate) fn agent(&self, robot: &str) -> Option<u32> {
         let ps = self.json(&["ps"]);
@@ -86,7 +104,7 @@ impl Service {
     }
 
     /// What the database says, asked with the program of SQLite. `None` where that is missing.
-    fn sql(&self, query: &str) -> Option<String> {
+    pub(crate) fn sql(&self, query: &str) -> Option<String> {
         let mut command = Command::new("sqlite3");
         command.arg("-readonly").arg(self.state().join("fleet.db")).arg(query);
         match command.stderr(Stdio::piped()).output() {
@@ -116,7 +134,7 @@ impl Drop for Service {
     }
 }
 
-fn states(tasks: &Value) -> Vec<String> {
+pub(crate) fn states(tasks: &Value) -> Vec<String> {
     let tasks = tasks["tasks"].as_array().unwrap_or_else(|| panic!("no list: {tasks:#}"));
     tasks.iter().map(|task| task["state"].as_str().unwrap().to_owned()).collect()
 }
@@ -222,8 +240,8 @@ fn tasks_outlive_their_fleet() {
         service.json(&["task", "send", robot, goal, "--id", id]);
     }
     stop(world);
-    // Killed: no farewell of the daemon.
-    signal(service.daemon(), Signal::KILL);
+    // Killed, all of it: no farewell of the daemon.
+    shoal(&["down", "--force", "--fleet", &service.name]).expect(0);
     assert_clean(&service.root);
     let before: Vec<String> = match service.sql("SELECT key FROM task WHERE state NOT IN ('done') ORDER BY id") {
         Some(keys) => keys.lines().map(str::to_owned).collect(),

@@ -25,14 +25,16 @@ pub(super) struct Resync {
 }
 
 impl Coordinator {
-    /// A fleet that runs already, with these processes. What they do is asked of the world.
-    pub fn adopted(scenario: Scenario, running: &[(RobotInstance, u32)]) -> Coordinator {
+    /// A fleet that runs already: the instances that a daemon of before has started, with their processes if those run. What
+    /// they do is asked of the world.
+    pub fn adopted(scenario: Scenario, begun: &[(RobotInstance, Option<u32>)]) -> Coordinator {
         let mut coordinator = Coordinator::new(scenario);
-        for (instance, pid) in running {
-            if let Some(member) = coordinator.members.get_mut(instance.index.at())
-                && (member.pid.is_none() || member.instance.incarnation < instance.incarnation)
-            {
-                (member.instance, member.pid, member.state) = (*instance, Some(*pid), ProcessState::Starting);
+        for (instance, pid) in begun {
+            let Some(member) = coordinator.members.get_mut(instance.index.at()) else { continue };
+            let is_newer = member.state == ProcessState::Awaited || member.instance.incarnation < instance.incarnation;
+            if is_newer && (member.pid.is_none() || pid.is_some()) {
+                let state = if pid.is_some() { ProcessState::Starting } else { ProcessState::Dead };
+                (member.instance, member.pid, member.state) = (*instance, *pid, state);
             }
         }
         coordinator
@@ -99,15 +101,20 @@ impl Coordinator {
         }
         let Some(member) = self.members.get_mut(instance.index.at()) else { return };
         let (runs, halted) = (member.pid.is_some() && member.instance == instance, member.halted);
+        if member.state == ProcessState::Left && member.instance == instance && standing != Standing::Left {
+            // It left in ticks that are lost.
+            return self.actions.push(Action::Order(Order::Remove { index: instance.index }));
+        }
         match standing {
             Standing::Awaited { told: false } => {}
             Standing::Awaited { told: true } if runs => member.state = ProcessState::Starting,
-            Standing::Awaited { told: true } => {
-                member.state = ProcessState::Awaited;
-                self.expect(instance);
-            }
+            Standing::Awaited { told: true } if member.state == ProcessState::Awaited => self.expect(instance),
+            // It was started once, and an instance is not started twice.
+            Standing::Awaited { told: true } => self.died_unseen(instance),
             Standing::Dead => {
-                member.state = ProcessState::Dead;
+                if member.state != ProcessState::RestartLimit {
+                    member.state = ProcessState::Dead;
+                }
                 self.signal(instance, Signal::Kill, None);
             }
             Standing::Left => (member.state, member.lives) = (ProcessState::Left, instance.incarnation + 1),

@@ -114,14 +114,16 @@ impl Supervisor {
                 scenario.robots.get(instance.index.at()).map_or_else(String::new, |robot| robot.id.clone())
             }
         };
-        let running: Vec<(RobotInstance, u32)> = (children.take_over(address, &gate, &speaker).into_iter())
-            .filter_map(|(who, pid)| match who {
-                Who::World => None,
-                Who::Agent(instance) => Some((instance, pid)),
-            })
-            .collect();
+        let mut begun: BTreeMap<RobotInstance, Option<u32>> =
+            spec_files(address).into_iter().map(|instance| (instance, None)).collect();
+        for (who, pid) in children.take_over(address, &gate, &speaker) {
+            if let Who::Agent(instance) = who {
+                begun.insert(instance, Some(pid));
+            }
+        }
+        let begun: Vec<(RobotInstance, Option<u32>)> = begun.into_iter().collect();
         Ok(Supervisor {
-            coordinator: Coordinator::adopted(scenario, &running),
+            coordinator: Coordinator::adopted(scenario, &begun),
             children,
             gate,
             footing: Footing::survey_running(address)?,
@@ -154,6 +156,10 @@ impl Supervisor {
 
     /// Asks the world how everything stands; one that has ended is replaced.
     fn go_on(&mut self) -> Result<(), Error> {
+        let running = self.children.instances();
+        for instance in spec_files(&self.address).into_iter().filter(|instance| !running.contains(instance)) {
+            self.bury(instance);
+        }
         self.janitor.want();
         if self.children.world_pid().is_some() {
             self.coordinator.resync();
@@ -163,6 +169,13 @@ impl Supervisor {
         self.refuse_without_world()?;
         self.replace_world()
     }
+}
+
+/// The instances that were started and have not been cleared away: each has a file that says what it is.
+fn spec_files(address: &Address) -> Vec<RobotInstance> {
+    #[expect(clippy::disallowed_methods, reason = "what a daemon of before has left in the root of the fleet")]
+    let files = std::fs::read_dir(address.root()).into_iter().flatten().flatten();
+    files.filter_map(|file| report::measured::instance_of(file.file_name().to_str()?)).collect()
 }
 
 fn read(address: &Address, name: &str) -> Option<Vec<u8>> {

@@ -5,10 +5,14 @@ use model::{Task, TaskStep};
 use protocol::operator_to_daemon::{Assign, NewRobot, Request, TaskChange, TaskRecord};
 use protocol::world_to_daemon::Notice;
 
+/// In place of the number of a process that was started, and has ended.
+const ENDED: u32 = 0;
+
 /// A daemon that has just taken over a fleet of two, of which these processes run.
 fn adopted(processes: &[(RobotInstance, u32)]) -> Coordinator {
     let scenario = running(&[]).scenario().clone();
-    let mut coordinator = Coordinator::adopted(scenario, processes);
+    let begun: Vec<_> = processes.iter().map(|(who, pid)| (*who, Some(*pid).filter(|pid| *pid != ENDED))).collect();
+    let mut coordinator = Coordinator::adopted(scenario, &begun);
     coordinator.resync();
     assert_eq!(coordinator.take_actions(), [Action::Order(Order::Resync(0))]);
     coordinator
@@ -70,6 +74,8 @@ fn what_ended_unseen_is_told_and_what_is_wanted_is_started() {
     check(&[], (second, Awaited { told: true }), &spawn());
     check(&[(second, 100)], (second, Awaited { told: true }), &[]);
     check(&[], (second, Awaited { told: false }), &[]);
+    assert_eq!(check(&[(second, ENDED)], (second, Awaited { told: true }), &[]), [second], "it was started once");
+    check(&[(first, ENDED)], (second, Awaited { told: true }), &spawn());
     // The process before it is still there.
     check(&[(first, 100)], (second, Awaited { told: true }), &signal(first, Signal::Kill));
     // The world has gone back to before the end of a life.
@@ -87,6 +93,17 @@ fn a_life_that_was_to_come_comes_when_the_one_before_is_gone() {
     says(&mut coordinator, &stands);
     coordinator.exited(instance(0, 0), Ending { signal: None, code: None }, None, None);
     assert!(coordinator.take_actions().contains(&Action::Spawn(instance(0, 1))));
+}
+
+#[test]
+fn who_left_in_ticks_that_are_lost_leaves_again() {
+    let mut coordinator = running(&[]);
+    coordinator.notice(Notice::Left { instance: instance(1, 0) });
+    coordinator.resync();
+    coordinator.take_actions();
+    let actions = says(&mut coordinator, &[(instance(0, 0), Standing::Present), (instance(1, 0), Standing::Present)]);
+    assert_eq!(actions, [Action::Order(Order::Remove { index: RobotIndex(1) })]);
+    assert_eq!(states(&coordinator), [ProcessState::Running, ProcessState::Left]);
 }
 
 #[test]
@@ -132,7 +149,7 @@ fn record(id: u32, robot: &str, state: TaskState, deadline_s: Option<f64>) -> Ta
 fn tasks_are_neither_lost_nor_done_twice() {
     let scenario = running(&[]).scenario().clone();
     let (west, east) = (scenario.robots[0].id.clone(), scenario.robots[1].id.clone());
-    let mut coordinator = Coordinator::adopted(scenario, &[(instance(0, 0), 100), (instance(1, 0), 101)]);
+    let mut coordinator = Coordinator::adopted(scenario, &[(instance(0, 0), Some(100)), (instance(1, 0), Some(101))]);
     coordinator.tell_wall_clock(4000);
     let known = vec![
         record(0, &west, TaskState::Active, None),
