@@ -495,4 +495,6 @@ pub struct Expect {
     pub no_contact_s: Option<[f64; 2]>,
     /// A robot whose process ended takes part again within this time, s; `None` does not matter.
     pub rejoin_s_max: Option<f64>,
+    /// All tasks that are given until this time are done by then, s; `None` does not matter.
+    pub tasks_done_by_s: Option<f64>,
 }

@@ -55,7 +55,7 @@ pub fn assemble(facts: RunFacts) -> Report {
         record: facts.record,
         warnings: facts.scenario.warnings.iter().map(ToString::to_string).collect(),
     };
-    report.unmet = judge::unmet(&facts.scenario.expect, &report);
+    report.unmet = judge::unmet(&facts.scenario, &facts.outcome.events, &report);
     let timed_out = report.ticks >= clock.ticks_max && !report.outcome.arrived_all;
     let failed = !report.failures.is_empty();
     report.exit_code = judge::exit_code(failed, report.interrupted, report.unmet.is_empty(), timed_out);

@@ -3,7 +3,8 @@
 use super::{EventReport, LatencyReport, Report, Verdict};
 use crate::exit;
 use crate::numbers;
-use model::{EventName, Expect, Gone, Metric, Mode};
+use crate::tasks::{self, Tasks};
+use model::{Event, EventName, Gone, Metric, Mode, Scenario};
 
 /// `realtime`: a larger share of missed periods is the machine's doing.
 pub const MISSED_SHARE_MAX: f64 = 0.001;
@@ -104,9 +105,10 @@ pub fn verdict(starved_because: &[String], impaired_because: &[String]) -> Verdi
     }
 }
 
-/// The expectations that were not met, in words that say what was expected and what was found.
-pub fn unmet(expect: &Expect, report: &Report) -> Vec<String> {
-    let outcome = &report.outcome;
+/// The expectations of a scenario that were not met, in words that say what was expected and what was found. `events` is the
+/// log, of which the report says less.
+pub fn unmet(scenario: &Scenario, events: &[Event], report: &Report) -> Vec<String> {
+    let (expect, outcome) = (&scenario.expect, &report.outcome);
     let mut unmet = Vec::new();
 
     match expect.arrived_min {
@@ -188,6 +190,16 @@ pub fn unmet(expect: &Expect, report: &Report) -> Vec<String> {
             }
             None => Some(format!("expected `{robot}` to rejoin within {longest_s} s of {from_s:.2} s, it did not")),
         }));
+    }
+
+    if let Some(by_s) = expect.tasks_done_by_s {
+        let Tasks { given, done, late } = tasks::given_until(by_s, scenario, events);
+        if done < given {
+            let late = some_of(late);
+            unmet.push(format!(
+                "expected all tasks to be done by {by_s} s, {done} of {given} were; not those of {late}"
+            ));
+        }
     }
     unmet
 }

@@ -14,6 +14,7 @@ pub mod judge;
 pub mod layout;
 pub mod measured;
 pub mod numbers;
+mod tasks;
 pub mod text;
 
 pub use assemble::assemble;

@@ -2,13 +2,13 @@
 
 mod reference;
 
-use super::judge::{exit_code, impaired_because, starved_because, unmet, verdict};
+use super::judge::{exit_code, impaired_because, starved_because, verdict};
 use super::text::{Style, render};
 use super::*;
 use model::{
     BodyKind, Bounds, Class, Clock, Dynamics, Event, EventKind, Expect, FaultSource, Fleet, GoalSource, Limits, Metric,
     ParamValues, Partner, Physics, Processes, Radio, Restart, Robot, RobotOutcome, Scheduling, Silence, Stall, Stop,
-    StragglerPolicy, Task, TaskId, Touch,
+    StragglerPolicy, Task, TaskEnd, TaskId, TimelineAction, TimelineEvent, Touch,
 };
 
 fn robot(slot: usize) -> Robot {
@@ -453,12 +453,53 @@ fn exit_codes_of_whole_runs() {
 }
 
 #[test]
+fn tasks_have_to_be_done_in_time() {
+    let task = |source| EventKind::Task { source, task: Task::to([1.0, 2.0]), given_up: 0 };
+    let done = |source| EventKind::TaskDone { source };
+    let operator = |id| GoalSource::Operator(TaskId(id));
+    let given = |tick, robot| TimelineEvent { tick, what: TimelineAction::Task { robot, task: Task::to([1.0, 2.0]) } };
+    let check = |by_s: f64, timeline: &[TimelineEvent], events: &[Event], expected: &[&str]| {
+        let mut facts = single();
+        facts.scenario.expect.tasks_done_by_s = Some(by_s);
+        facts.scenario.events = timeline.to_vec();
+        facts.outcome.events = events.to_vec();
+        let report = assemble(facts);
+        assert_eq!(
+            (report.unmet, report.exit_code),
+            (expected.iter().map(|text| (*text).to_owned()).collect(), i32::from(!expected.is_empty()))
+        );
+    };
+    check(8.0, &[], &[], &[]);
+    // 8 s is tick 400.
+    let timeline = [given(50, 0), given(60, 0), given(100, 1)];
+    let log = |last| {
+        let of = GoalSource::Timeline;
+        let given = [event(50, 0, task(of)), event(60, 0, task(of)), event(100, 1, task(of))];
+        let done = [event(300, 0, done(of)), event(390, 1, done(of)), event(last, 0, done(of))];
+        [given, done].concat()
+    };
+    check(8.0, &timeline, &log(400), &[]);
+    let late = "expected all tasks to be done by 8 s, 2 of 3 were; not those of r00";
+    check(8.0, &timeline, &log(401), &[late]);
+    // What comes later is not looked at.
+    check(8.0, &[&timeline[..], &[given(401, 2)]].concat(), &log(400), &[]);
+    // A task that the world could not give is not done: the log has no task then.
+    check(8.0, &[given(100, 2)], &[], &["expected all tasks to be done by 8 s, 0 of 1 were; not those of r02"]);
+    // Of an operator's task it counts that it was done, by whomever.
+    let moved = [event(10, 0, task(operator(7))), event(20, 1, task(operator(7))), event(30, 1, done(operator(7)))];
+    check(8.0, &[], &moved, &[]);
+    let dropped = event(25, 1, EventKind::TaskDropped { source: operator(7), why: TaskEnd::Overdue });
+    let words = "expected all tasks to be done by 8 s, 0 of 1 were; not those of r01";
+    check(8.0, &[], &[moved[0].clone(), moved[1].clone(), dropped], &[words]);
+    check(0.5, &[], &moved, &[&words.replace("8 s", "0.5 s")]);
+}
+
+#[test]
 fn unmet_expectations_are_explained() {
     let check = |change: &dyn Fn(&mut RunFacts), expected: &[&str]| {
         let mut facts = single();
         change(&mut facts);
-        let expect = facts.scenario.expect;
-        assert_eq!(unmet(&expect, &assemble(facts)), expected);
+        assert_eq!(assemble(facts).unmet, expected);
     };
     check(&|_| {}, &[]);
     check(&|facts| facts.scenario.expect.makespan_s_max = Some(11.0), &[]);

@@ -171,6 +171,7 @@ fn expect(node: &Node, crew: &Crew, report: &mut Report) -> Expect {
         clearance_m_min: node.get(table::Expect::clearance_m_min),
         no_contact_s: node.get(table::Expect::no_contact_s).map(|Interval(times)| times),
         rejoin_s_max: node.get(table::Expect::rejoin_s_max),
+        tasks_done_by_s: node.get(table::Expect::tasks_done_by_s),
     }
 }
 

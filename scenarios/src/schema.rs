@@ -192,7 +192,8 @@ mod tests {
 
     #[test]
     fn every_unit_is_the_one_in_the_name() {
-        const UNITS: [(&str, &str); 11] = [
+        const UNITS: [(&str, &str); 12] = [
+            ("_mib", "MiB"),
             ("_radps2", "rad/s²"),
             ("_radps", "rad/s"),
             ("_rad", "rad"),

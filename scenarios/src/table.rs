@@ -295,6 +295,9 @@ keys! {
         no_contact_s: Interval => optional, "s";
         /// Maximum time until a robot whose process ended, on purpose or not, takes part again.
         rejoin_s_max: f64 => optional, "s", Range::POSITIVE;
+        /// All tasks that are given until this time, by the timeline or by operators, are done by then. A task that is
+        /// refused, dropped or cancelled is not done.
+        tasks_done_by_s: f64 => optional, "s", Range::POSITIVE;
     }
 }
 

@@ -66,6 +66,28 @@ fn with_everything_that_the_timeline_can_do() {
     }
 }
 
+/// Whether the tasks of the timeline are done in time decides about the exit code, alike in one thread and as processes.
+#[test]
+fn with_tasks_that_are_to_be_done_in_time() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let path = directory.path().join("timeline.toml");
+    #[expect(clippy::disallowed_methods, reason = "a scenario of its own")]
+    std::fs::write(&path, TIMELINE).expect("it can be written");
+    let run = |mode: &str, by_s: f64| {
+        report(&format!("{} --mode {mode} --set expect.tasks_done_by_s={by_s}", path.display()))
+    };
+    let single = run("single", 40.0);
+    assert_eq!((&single["exit_code"], &single["unmet"]), (&0.into(), &serde_json::json!([])), "{:#}", single["events"]);
+    let events = single["events"].as_array().expect("a list").iter();
+    let last_s = events.filter(|event| event["kind"] == "task-done").filter_map(|event| event["t_s"].as_f64());
+    let last_s = last_s.fold(0.0, f64::max);
+    for (by_s, code) in [(last_s, 0), (last_s - 0.02, 1)] {
+        let (single, lockstep) = (run("single", by_s), run("lockstep", by_s));
+        assert_eq!((&single["exit_code"], &single["unmet"]), (&lockstep["exit_code"], &lockstep["unmet"]), "{by_s}");
+        assert_eq!(single["exit_code"], code, "{by_s}: {:#}", single["unmet"]);
+    }
+}
+
 /// The default of `amr-apf`, which draws its detours at random; as processes it brings all home without a contact too.
 #[test]
 fn with_the_default_of_amr_apf() {
