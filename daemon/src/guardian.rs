@@ -47,6 +47,11 @@ impl Guardian {
         Ok(Guardian { child })
     }
 
+    /// Whether its process has ended: then the fleet needs another one.
+    pub fn has_ended(&mut self) -> bool {
+        matches!(self.child.try_wait(), Ok(Some(_)) | Err(_))
+    }
+
     /// Its process.
     pub fn pid(&self) -> u32 {
         self.child.id()

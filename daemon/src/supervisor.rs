@@ -342,6 +342,12 @@ impl Supervisor {
             return;
         }
         self.footing_seen = now;
+        if self.guardian.has_ended()
+            && let Ok(guardian) = Guardian::start(&self.address)
+        {
+            self.guardian = guardian;
+            self.coordinator.say("the guardian's process has ended: another one is on guard".to_owned());
+        }
         if let Some(path) = self.footing.missing() {
             let problem =
                 format!("fleet `{}`: its files were removed: `{}` does not exist", self.address.id(), path.display());

@@ -7,6 +7,7 @@
 #![expect(clippy::print_stderr, reason = "a failed test shows what the processes said")]
 
 mod agents;
+mod crashes;
 mod endings;
 mod environment;
 mod faults;
