@@ -161,7 +161,8 @@ pub struct Coordinator {
     missed: Missed,
     /// The world has been asked how everything stands.
     resync: Option<resync::Resync>,
-    resyncs: u32,
+    /// The number of the next question.
+    resyncs: u64,
 }
 
 /// Notices that found no room, since the start.
@@ -248,6 +249,8 @@ impl Coordinator {
     /// The world has something to say.
     pub fn notice(&mut self, notice: Notice) {
         match notice {
+            // What is said of before the answer to a question is part of the answer.
+            Notice::Expect { .. } if self.is_resyncing() => {}
             Notice::Expect { instance, .. } => self.expect(instance),
             Notice::Entered { instance, .. } => self.entered(instance),
             Notice::Kill { instance } => self.kill(instance),
@@ -380,8 +383,10 @@ impl Coordinator {
         // A daemon that has been away itself, as with the whole machine, learns nothing about others from that.
         let away = self.looked_at.map_or(Duration::ZERO, |before| now.saturating_sub(before + LOOKED_WITHIN));
         self.looked_at = Some(now);
+        let is_resyncing = self.is_resyncing();
         for member in &mut self.members {
-            member.started_at += away;
+            // When those were started that a daemon of before has started, nobody knows.
+            member.started_at = if is_resyncing { now } else { member.started_at + away };
             member.ending_since = member.ending_since.map(|since| since + away);
         }
         self.waiting.iter_mut().filter_map(|waiting| waiting.since.as_mut()).for_each(|since| *since += away);
@@ -456,7 +461,10 @@ impl Coordinator {
             return;
         }
         match self.members.get_mut(instance.index.at()) {
-            // Begun already, and perhaps over already: a life is started once.
+            // Begun already, and over already: a life is started once. A world that has gone back may not know of its end.
+            Some(member) if member.instance == instance && member.state == ProcessState::Dead && self.resyncs > 0 => {
+                self.died_unseen(instance);
+            }
             Some(member) if member.instance == instance && member.state != ProcessState::Awaited => {}
             Some(member) if member.pid.is_some() => {
                 member.next = Some(instance);
@@ -496,10 +504,13 @@ impl Coordinator {
     /// The robot has left. A life of it that has not been started yet is not wanted any more.
     fn left(&mut self, instance: RobotInstance) {
         let Some(member) = self.members.get_mut(instance.index.at()) else { return };
-        if member.instance.incarnation <= instance.incarnation {
+        // A world that has gone back knows an older life; one that is to come after this one has not left.
+        let comes = |life: RobotInstance| self.waiting.iter().any(|waiting| waiting.ticket == Ticket::Admit(life));
+        let is_older = member.instance.incarnation > instance.incarnation;
+        if !is_older || self.resyncs > 0 && !comes(member.next.unwrap_or(member.instance)) {
             member.state = ProcessState::Left;
             member.next = None;
-            member.lives = instance.incarnation + 1;
+            member.lives = instance.incarnation.max(member.instance.incarnation) + 1;
             let last = member.instance;
             self.withdraw(last);
         }

@@ -345,11 +345,9 @@ impl Children {
         self.all.iter().map(entry).collect()
     }
 
-    /// Removes the files of a process that has ended.
+    /// Removes what a process that has ended has printed.
     pub fn bury(&self, instance: RobotInstance) {
-        let name = robot_agent::shell::spec_file(instance);
-        let _ = std::fs::remove_file(self.root.join(&name));
-        self.logs.remove(&name);
+        self.logs.remove(&robot_agent::shell::spec_file(instance));
     }
 
     /// What the processes printed since the last call, line by line; and keeps their logs small.

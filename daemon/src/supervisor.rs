@@ -109,6 +109,9 @@ pub struct Supervisor {
     spawned_ns: Option<u64>,
     /// What lives that are over have counted, by slot.
     departed: BTreeMap<RobotIndex, StatsSnapshot>,
+    /// The newest life of each robot that was started, which its spec says to a daemon that takes over: whatever else is
+    /// lost, no life is started twice.
+    specs: BTreeMap<RobotIndex, RobotInstance>,
     /// What outlives the fleet, if it is one that is left running.
     keeper: Option<Keeper>,
     /// The daemon's place at such a fleet.
@@ -232,6 +235,7 @@ impl Supervisor {
             enough: false,
             spawned_ns: None,
             departed: BTreeMap::new(),
+            specs: BTreeMap::new(),
             keeper: None,
             helm: None,
             janitor: Janitor::new(&address),
@@ -479,6 +483,9 @@ impl Supervisor {
         let spec = AgentSpec::new(self.coordinator.scenario(), robot, instance);
         if let Err(failure) = write(&self.address, &robot_agent::shell::spec_file(instance), &spec) {
             return self.coordinator.not_spawned(instance, failure.message);
+        }
+        if let Some(before) = self.specs.insert(instance.index, instance) {
+            let _ = std::fs::remove_file(self.address.file(&robot_agent::shell::spec_file(before)));
         }
         match self.children.spawn_agent(instance, &id, program.as_deref()) {
             Ok(pid) => self.coordinator.spawned(instance, pid, now()),

@@ -56,7 +56,7 @@ pub enum Order {
     },
     /// A daemon wants to know how everything stands: it is new, or the world is. The answer is a
     /// [`Notice::Standings`](crate::world_to_daemon::Notice::Standings) with this number.
-    Resync(u32),
+    Resync(u64),
     /// The run ends after the present tick.
     Stop,
 }

@@ -70,7 +70,7 @@ pub enum Notice {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Standings {
     /// The number of the order that asked.
-    pub number: u32,
+    pub number: u64,
     /// The robots, in their order: the incarnation that is in the world, or the next one, and where it is in its life.
     pub robots: Vec<(RobotInstance, Standing)>,
     /// The tasks of operators that robots have: which robot, and whether it heads for it now.

@@ -87,6 +87,13 @@ fn tend(service: &mut Service) -> bool {
     dead
 }
 
+/// Lets a process go on, unless it was killed since.
+fn go_on(pid: u32) {
+    if process_of(pid).is_some() {
+        signal(pid, Signal::CONT);
+    }
+}
+
 fn storm(seed: u64, length: Duration) {
     let mut service = Service::of(scenario(), &[]);
     let mut dice = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
@@ -106,7 +113,7 @@ fn storm(seed: u64, length: Duration) {
         stopped.retain(|(since, pid)| {
             let goes_on = number - since >= STOPPED_BLOWS;
             if goes_on {
-                signal(*pid, Signal::CONT);
+                go_on(*pid);
             }
             !goes_on
         });
@@ -128,9 +135,7 @@ fn storm(seed: u64, length: Duration) {
         }
         number += 1;
     }
-    for (_, pid) in stopped {
-        signal(pid, Signal::CONT);
-    }
+    stopped.iter().for_each(|(_, pid)| go_on(*pid));
     let took = began.elapsed().as_secs_f64();
     adoptions += usize::from(tend(&mut service));
     let ps = whole(&service);

@@ -37,15 +37,25 @@ pub(crate) struct Checks {
 }
 
 impl Checks {
+    /// Of a world that goes on where another one has stopped.
+    pub(crate) fn of(world: &World) -> Checks {
+        let known = (0..world.slots()).filter_map(|slot| world.state(slot));
+        let present = known.filter(|(_, state)| matches!(state, RobotState::Present { .. }));
+        let participants = present.map(|(instance, _)| instance).collect();
+        Checks { participants, states: states(world), ..Checks::default() }
+    }
+
     /// The world never waits without a bound: a process that does not come up is given up. What counts is the time in which
     /// neither the daemon nor the world was stopped; a world that is awake looks at least every [`PATIENCE_NS`].
-    pub(crate) fn waited(&mut self, missing: &[RobotInstance], daemon_awake_ns: u64) {
+    /// Each daemon that follows one that has died gives a process its time once more.
+    pub(crate) fn waited(&mut self, missing: &[RobotInstance], daemon_awake_ns: u64, daemons_died: u64) {
+        let waits_ns_max = WAITS_NS + daemons_died * START_LIMIT_MS * MS;
         let passed_ns = daemon_awake_ns - std::mem::replace(&mut self.daemon_awake_ns, daemon_awake_ns);
         self.awake_ns += passed_ns.min(PATIENCE_NS);
         self.awaited.retain(|instance, _| missing.contains(instance));
         for instance in missing {
             let waits_ns = self.awake_ns - *self.awaited.entry(*instance).or_insert(self.awake_ns);
-            assert!(waits_ns <= WAITS_NS, "the world has been waiting for {instance:?} for {} ms", waits_ns / MS);
+            assert!(waits_ns <= waits_ns_max, "the world has been waiting for {instance:?} for {} ms", waits_ns / MS);
         }
     }
 
@@ -137,7 +147,7 @@ pub(crate) fn bounds(fleet: &Fleet) {
     // Of each robot: that it stopped, was late, and died, in a few lives.
     let facts = slots * 3 * 22 + 1 + fleet.shared.coverage.removals as usize;
     let held = [
-        ("requests that wait for the world", coordinator.unanswered(), WAITING_MAX),
+        ("requests that wait for the world", coordinator.unanswered(), WAITING_MAX + fleet.shared.estate.records.len()),
         ("orders that wait for room", fleet.daemon.orders.len(), WAITING_MAX + facts),
         ("orders that wait for a tick", world.world.orders_waiting(), WAITING_MAX + facts),
         ("notices that wait for room", world.notices.len(), BACKLOG_MAX),
@@ -155,7 +165,9 @@ pub(crate) fn bounds(fleet: &Fleet) {
 /// Nothing is under way: not in a ring, not before one, and no process has changed without notice.
 pub(crate) fn is_drained(fleet: &Fleet) -> bool {
     let rings = fleet.shared.orders.is_empty() && fleet.shared.notices.is_empty();
-    rings && fleet.daemon.orders.is_empty() && fleet.world.is_drained() && fleet.kernel.is_settled()
+    let estate = &fleet.shared.estate;
+    let settled = !fleet.daemon.coordinator.is_resyncing() && !estate.world_died && estate.world_begins.is_none();
+    rings && settled && fleet.daemon.orders.is_empty() && fleet.world.is_drained() && fleet.kernel.is_settled()
 }
 
 /// What the world and the coordinator believe of every robot fits, and with it what the kernel knows. Only to be asked
@@ -212,7 +224,7 @@ pub(crate) fn nobody_is_lost(fleet: &Fleet) {
         let Some(robot) = world.robot(slot) else { continue };
         let said = |kinds: &[EventName]| {
             let mut events = world.events().iter().filter(|event| event.robot == Some(RobotIndex::of(slot)));
-            events.any(|event| kinds.contains(&event.kind.name()))
+            world.outcome().events_lost > 0 || events.any(|event| kinds.contains(&event.kind.name()))
         };
         let is_fine = match state {
             RobotState::Present { .. } => true,
@@ -256,6 +268,42 @@ pub(crate) fn tasks_are_kept(fleet: &Fleet) {
         // The last goal is done, and is left again while its robot is off it.
         let twice = odometry.goals_left == 1 && known == given + 1;
         assert!(known == given || twice, "robot {} was given {given} goals, and knows {known}", robot.id);
+    }
+}
+
+/// No task is lost, and none is done twice, whatever has died: with ticks that are lost, what the log has of a task that is at
+/// its end is not what the daemon was told of it.
+pub(crate) fn tasks_survive(fleet: &mut Fleet) {
+    // A daemon that was not told how everything stands before the end leaves it to the next one.
+    let is_blind = fleet.daemon.coordinator.is_resyncing();
+    if is_blind || fleet.shared.missed.others > 0 || fleet.world.world.outcome().events_lost > 0 {
+        return;
+    }
+    let world = &fleet.world.world;
+    let went_back = world.events().iter().any(|event| matches!(event.kind, EventKind::WorldRestarted { .. }));
+    for record in fleet.shared.estate.records.values() {
+        let done = record.steps.iter().filter(|step| step.state == TaskState::Done).count();
+        assert!(done <= 1, "{record:?} was done twice");
+        let source = GoalSource::Operator(record.id);
+        let (mut given, mut ended) = (0, 0);
+        for event in fleet.world.world.events() {
+            match event.kind {
+                EventKind::Task { source: of, .. } if of == source => given += 1,
+                EventKind::TaskDone { source: of } | EventKind::TaskDropped { source: of, .. } if of == source => {
+                    ended += 1;
+                }
+                _ => {}
+            }
+        }
+        let right = match record.state {
+            // Sent again to a world that ended before it took it: the next fleet is given it.
+            TaskState::Queued => record.steps.len() > 1 && (given, ended) == (0, 0),
+            TaskState::Assigned | TaskState::Active => (given, ended) == (1, 0),
+            TaskState::Refused => given == 0 && record.steps.iter().all(|step| step.state != TaskState::Assigned),
+            // One that was at its end before the world went back is dropped when the world can be told.
+            TaskState::Done | TaskState::Failed | TaskState::Cancelled => given == ended || went_back,
+        };
+        assert!(right, "{record:?} was given {given} times, and came to an end {ended} times");
     }
 }
 

@@ -60,6 +60,8 @@ coverage! {
     gaps: "gaps of a `realtime` world",
     daemon_stops: "stops of the daemon",
     world_stops: "stops of the world",
+    daemon_deaths: "successions: deaths of the daemon",
+    world_deaths: "successions: deaths of the world",
     orders_full: "orders that found the ring full",
     notices_full: "notices that found the ring full",
     notices_left_out: "entries of the log that were left out for that",

@@ -1,21 +1,20 @@
 //! The daemon's process, a turn at a time: the coordinator, and around it what the supervisor does between two sleeps.
 //!
-//! Everything that outlives a daemon (processes, rings, the gate) is outside of it: a daemon that is killed and followed
-//! by another one that adopts them is to be one more thing that the weather does.
+//! Everything that outlives a daemon (processes, rings, the gate, records) is outside of it.
 
 use crate::dice::MS;
 use crate::kernel::Kernel;
 use crate::operators::Operators;
 use crate::shared::Shared;
 use bus::queue::OrderQueue;
-use daemon::coordinator::{Action, Answer, CONFIRM_WITHIN, Coordinator};
+use daemon::coordinator::{Action, Answer, CONFIRM_WITHIN, Coordinator, Robots};
 use daemon::processes::Change;
-use model::Scenario;
+use model::{RobotInstance, Scenario, TaskId};
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
+use protocol::operator_to_daemon::{Reply, TaskRecord};
 use protocol::world_to_daemon::Notice;
-use std::collections::BTreeSet;
 use std::time::Duration;
 
 /// How often it looks at the clock while nothing happens, ns.
@@ -39,8 +38,6 @@ pub(crate) struct Daemon {
     /// Operators whose request the world has not decided yet: the number of their request, and since when they wait, ns.
     awaiting: Vec<Awaiting>,
     turned_at: u64,
-    /// Every life that it has started.
-    started: BTreeSet<model::RobotInstance>,
     /// Requests for the end that it has not seen yet.
     pub(crate) interrupts: u32,
     pub(crate) has_finished: bool,
@@ -62,7 +59,6 @@ impl Daemon {
             orders: OrderQueue::default(),
             awaiting: Vec::new(),
             turned_at: shared.now,
-            started: BTreeSet::new(),
             interrupts: 0,
             has_finished: false,
             said_missed: 0,
@@ -73,6 +69,55 @@ impl Daemon {
         daemon
     }
 
+    /// It keeps records of tasks, as the daemon of a fleet that is left running does.
+    pub(crate) fn keep_records(&mut self) {
+        self.coordinator.keep_records(Vec::new(), TaskId(0), Robots::New);
+    }
+
+    /// It dies: its operators hear no more of it.
+    pub(crate) fn dies(&mut self, operators: &mut Operators) {
+        for Awaiting { ticket, number, .. } in std::mem::take(&mut self.awaiting) {
+            let (problem, hint) = ("nothing answers any more".to_owned(), String::new());
+            operators.answer(number, Some(ticket), Reply::Unconfirmed { problem, hint });
+        }
+    }
+
+    /// The daemon that comes after one that has died.
+    pub(crate) fn after(dead: &Daemon, kernel: &mut Kernel, shared: &mut Shared) -> Daemon {
+        let pid = |who: &RobotInstance| {
+            let process = kernel.processes.iter().find(|process| process.instance == *who);
+            process.map(|process| process.pid)
+        };
+        let begun: Vec<_> = shared.estate.specs.iter().map(|who| (*who, pid(who))).collect();
+        shared.estate.eras += 1;
+        let mut coordinator = Coordinator::adopted(dead.coordinator.scenario().clone(), &begun, shared.estate.eras);
+        let records: Vec<TaskRecord> = shared.estate.records.values().cloned().collect();
+        let next = records.last().map_or(TaskId(0), |record| TaskId(record.id.0 + 1));
+        coordinator.keep_records(records, next, Robots::Running);
+        // Where the world has died as well, that is noticed first.
+        if !shared.estate.world_died {
+            coordinator.resync();
+        }
+        Daemon {
+            coordinator,
+            orders: OrderQueue::default(),
+            awaiting: Vec::new(),
+            turned_at: shared.now,
+            interrupts: dead.interrupts,
+            has_finished: false,
+            said_missed: dead.said_missed,
+            wake: shared.now,
+        }
+    }
+
+    /// A world that has died is followed by another one, which answers before it does anything else.
+    fn see_to_world(&mut self, shared: &mut Shared) {
+        if std::mem::take(&mut shared.estate.world_died) {
+            self.coordinator.resync();
+            shared.estate.world_begins = Some(shared.now + shared.dice.between_ms(10, 100));
+        }
+    }
+
     pub(crate) fn turn(&mut self, kernel: &mut Kernel, operators: &mut Operators, shared: &mut Shared) {
         self.wake = shared.now + HEARTBEAT_NS;
         let passed_ns = shared.now - std::mem::replace(&mut self.turned_at, shared.now);
@@ -81,6 +126,7 @@ impl Daemon {
             self.coordinator.interrupt(Duration::from_nanos(shared.now));
         }
         self.reap(kernel, shared);
+        self.see_to_world(shared);
         self.hear(shared);
         if shared.world_ended {
             return self.finish(kernel, operators, shared);
@@ -95,7 +141,7 @@ impl Daemon {
         assert!(longest_ns <= PATIENCE_NS, "an operator has been waiting for {} ms", longest_ns / MS);
     }
 
-    fn reap(&mut self, kernel: &mut Kernel, shared: &Shared) {
+    fn reap(&mut self, kernel: &mut Kernel, shared: &mut Shared) {
         for (instance, change, deaf_to) in kernel.reap() {
             shared.tell(|| format!("daemon: {instance:?} {change:?}"));
             match change {
@@ -153,7 +199,7 @@ impl Daemon {
                 }
                 match action {
                     Action::Spawn(instance) => {
-                        assert!(self.started.insert(instance), "{instance:?} is started twice");
+                        shared.estate.start(instance);
                         let Some(robot) = self.coordinator.scenario().robots.get(instance.index.at()) else { continue };
                         let spec = AgentSpec::new(self.coordinator.scenario(), robot, instance);
                         match kernel.spawn(spec, shared) {
@@ -167,7 +213,11 @@ impl Daemon {
                         }
                     }
                     Action::Order(order) => self.order(&order, shared),
-                    Action::Keep { .. } | Action::Record(_) => unreachable!("no records are kept here"),
+                    Action::Keep { first, records } => {
+                        shared.estate.records.extend(records.into_iter().map(|record| (record.id, record)));
+                        self.coordinator.kept(first, Ok(()));
+                    }
+                    Action::Record(record) => _ = shared.estate.records.insert(record.id, record),
                     Action::Reply(ticket, reply) => {
                         if let Some(index) = self.awaiting.iter().position(|awaiting| awaiting.ticket == ticket) {
                             operators.answer(self.awaiting.remove(index).number, Some(ticket), reply);

@@ -33,6 +33,8 @@ pub(crate) struct Fleet {
     pub(crate) broken_off: bool,
     /// Decides about faults on purpose, if there are any. Its own: storms without them are what they were.
     pub(crate) mischief: Option<Dice>,
+    /// Decides about the deaths of daemons and worlds, if there are any.
+    pub(crate) succession: Option<Dice>,
 }
 
 /// What a storm came to.
@@ -76,6 +78,7 @@ impl Fleet {
             gust,
             broken_off: false,
             mischief: None,
+            succession: None,
         }
     }
 
@@ -94,9 +97,12 @@ impl Fleet {
         if self.world.world.tick() == self.plan.scenario.clock.ticks_max {
             checks::nobody_is_lost(&self);
         }
-        let restart_limits = restarts::are_by_the_policy(&self);
+        let restart_limits = if self.succession.is_none() { restarts::are_by_the_policy(&self) } else { 0 };
         checks::tasks_are_kept(&self);
-        checks::tasks_are_followed(&mut self);
+        if self.succession.is_none() {
+            checks::tasks_are_followed(&mut self);
+        }
+        self.check_succession();
         checks::nothing_is_missed_in_silence(&self);
         self.kernel.everybody_ends(&mut self.shared);
         let answers = self.operators.check(&self.world.world, &self.daemon.coordinator);
@@ -131,9 +137,11 @@ impl Fleet {
             Turn::Weather => {
                 self.rage();
                 self.harm();
+                self.succeed();
                 self.gust = self.next_gust();
             }
         }
+        self.begin_world();
         self.call();
         let tick = self.world.world.tick();
         if tick >= self.plan.calm_tick && !self.shared.calm {
@@ -158,6 +166,7 @@ impl Fleet {
         let turns = [
             Some((self.world.wake.max(self.world_stopped), Turn::World)),
             Some((self.daemon.wake.max(self.daemon_stopped), Turn::Daemon)),
+            self.shared.estate.world_begins.map(|at| (at, Turn::World)),
             agent,
             weather,
         ];

@@ -24,6 +24,8 @@ pub(crate) struct Process {
     dies: Option<u64>,
     ended: Option<Ending>,
     deaf_to: Option<RobotIndex>,
+    /// Its parent has died: how it ends is told to nobody.
+    is_foster: bool,
     /// What its parent has not been told: of a stop and what follows, the newest alone.
     news: Option<Change>,
 }
@@ -74,6 +76,7 @@ impl Kernel {
             dies: None,
             ended: None,
             deaf_to: None,
+            is_foster: false,
             news: None,
         });
         shared.coverage.spawns += 1;
@@ -137,11 +140,21 @@ impl Kernel {
     pub(crate) fn reap(&mut self) -> Vec<(RobotInstance, Change, Option<RobotIndex>)> {
         let mut changes = Vec::new();
         self.processes.retain_mut(|process| {
-            let (news, ended) = (process.news.take(), process.ended.map(Change::Ended));
+            let unknown = Ending { signal: None, code: None };
+            let ended = process.ended.map(|ending| if process.is_foster { unknown } else { ending });
+            let (news, ended) = (process.news.take(), ended.map(Change::Ended));
             changes.extend(ended.or(news).map(|change| (process.instance, change, process.deaf_to)));
             ended.is_none()
         });
         changes
+    }
+
+    /// The daemon has died: what has ended is gone, and the next daemon finds out which of the others are stopped.
+    pub(crate) fn lose_parent(&mut self) {
+        self.processes.retain(Process::lives);
+        for process in &mut self.processes {
+            (process.is_foster, process.news) = (true, process.stopped.then_some(Change::Stopped));
+        }
     }
 
     /// Whether nothing is under way between processes and the daemon that reaps them.

@@ -6,7 +6,7 @@
 //! plan      the fleet of a seed           weather     what happens to it
 //! fleet     whose turn it is              checks      what has to be true whatever happens
 //! world, agent, daemon                    the processes, a turn at a time: cores, and the loop of a shell
-//! restarts  what policies of restarts come to
+//! restarts  what policies of restarts come to    succession  daemons and worlds that die
 //! kernel, shared, ring                    the machine: processes, memory, messages under way
 //! operators what was asked and answered   coverage    what happened how often
 //! ```
@@ -34,6 +34,7 @@ mod plan;
 mod restarts;
 mod ring;
 mod shared;
+mod succession;
 mod weather;
 mod world;
 
@@ -75,7 +76,11 @@ fn a_fleet_weathers_any_storm() {
         eprintln!("{wanted} storms in {:.1} s\n{coverage}", began.elapsed().as_secs_f64());
     }
     assert!(failing.is_empty(), "failing seeds: {failing:?}");
-    let missing: Vec<&str> = coverage.missing().into_iter().filter(|text| !text.starts_with("faults ")).collect();
+    let missing: Vec<&str> = coverage
+        .missing()
+        .into_iter()
+        .filter(|text| !text.starts_with("faults ") && !text.starts_with("successions"))
+        .collect();
     assert!(wanted.is_some() || missing.is_empty(), "{missing:?}\n{coverage}");
 }
 
@@ -127,6 +132,30 @@ fn a_fleet_weathers_restart_policies() {
         coverage.add(&came.coverage);
     });
     assert!(coverage.restart_limits > 100 && coverage.restarts > 500, "{coverage}");
+}
+
+/// The same with daemons that die and are followed by others, and in `realtime` with worlds that do: no task is lost and none
+/// is done twice, no life is started twice, and everybody who can come back does.
+#[test]
+fn a_fleet_weathers_the_deaths_of_its_daemons_and_worlds() {
+    let (mut coverage, mut failing) = (Coverage::default(), Vec::new());
+    let wanted = number("SHOAL_STORM_SUCCESSIONS");
+    let seeds = number("SHOAL_STORM_SEED").map_or(0..wanted.unwrap_or(300), |seed| seed..seed + 1);
+    let aloud = seeds.end - seeds.start == 1;
+    for seed in seeds {
+        let came = std::panic::catch_unwind(|| {
+            let mut fleet = Fleet::new(seed, Plan::new(seed, None).with_room()).with_successions(seed);
+            fleet.shared.aloud = aloud;
+            fleet.run()
+        });
+        match came {
+            Ok(came) => coverage.add(&came.coverage),
+            Err(_) => failing.push(seed),
+        }
+    }
+    assert!(failing.is_empty(), "failing seeds: {failing:?}");
+    let deaths = [coverage.daemon_deaths, coverage.world_deaths];
+    assert!(aloud || deaths.iter().all(|times| *times > 200), "{coverage}");
 }
 
 /// What the environment asks for.

@@ -47,6 +47,11 @@ impl Plan {
         }
     }
 
+    /// The same fleet with rings in which what is said of a whole fleet at once has room.
+    pub(crate) fn with_room(self) -> Plan {
+        Plan { orders_bytes: self.orders_bytes.max(2048), notices_bytes: 1 << 20, ..self }
+    }
+
     /// The same fleet without a timeline, in `lockstep` and with room for everything: what `single` runs as well.
     pub(crate) fn calm(seed: u64) -> Plan {
         let mut plan = Plan::new(seed, None);

@@ -3,6 +3,7 @@
 use crate::coverage::Coverage;
 use crate::dice::{Dice, MS};
 use crate::ring::Ring;
+use crate::succession::Estate;
 use daemon::coordinator::Missed;
 use model::RobotInstance;
 use protocol::robot_to_robot::PosePair;
@@ -89,6 +90,8 @@ pub(crate) struct Shared {
     pub(crate) world_ended: bool,
     /// The storm is over: nothing bad happens any more.
     pub(crate) calm: bool,
+    /// What outlives processes.
+    pub(crate) estate: Estate,
     pub(crate) coverage: Coverage,
     pub(crate) trace: u64,
     /// Whether what happens is told, a line each: to find out why a seed fails.
@@ -117,6 +120,7 @@ impl Shared {
             daemon_awake_ns: 0,
             world_ended: false,
             calm: false,
+            estate: Estate::default(),
             coverage: Coverage::default(),
             trace: seed,
             aloud: false,

@@ -7,7 +7,7 @@ use daemon::coordinator::Signal;
 use model::{Fault, ProcessState, RobotIndex, Task};
 use protocol::operator_to_daemon::{Assign, NewRobot, NewTasks, Request};
 
-/// Something that happens. A daemon that dies and is followed by another one belongs here as soon as there is such a thing.
+/// Something that happens.
 #[derive(Clone, Copy, Debug)]
 enum Act {
     Kill,

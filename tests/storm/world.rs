@@ -11,9 +11,9 @@ use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::Odometry;
 use std::time::Duration;
-use world_sim::World;
 use world_sim::attendance::{Attendance, PATIENCE, command_of, command_of_tick};
 use world_sim::pace::Pace;
+use world_sim::{Opening, World};
 
 /// A world that is awake looks at least this often, ns.
 pub(crate) const PATIENCE_NS: u64 = PATIENCE.as_nanos() as u64;
@@ -39,6 +39,8 @@ enum Stage {
         begun_ns: u64,
     },
     Ended,
+    /// Nothing: its process has died.
+    Dead,
 }
 
 pub(crate) struct WorldProcess {
@@ -54,18 +56,26 @@ pub(crate) struct WorldProcess {
     pace: Option<Pace>,
     commands: Vec<(RobotInstance, Option<Command>)>,
     missing: Vec<RobotInstance>,
+    /// Nothing has been written to its board.
+    is_blank: bool,
     /// When it wants to run next, ns.
     pub(crate) wake: u64,
 }
 
 impl WorldProcess {
     pub(crate) fn new(scenario: &Scenario, shared: &mut Shared) -> WorldProcess {
+        let world = World::new(scenario);
+        shared.memory.pieces = (0..scenario.shape_pieces() as usize).map(|index| world.piece(index)).collect();
+        let mut process = WorldProcess::of(world, scenario, shared);
+        process.send_notices(shared);
+        process
+    }
+
+    fn of(world: World, scenario: &Scenario, shared: &Shared) -> WorldProcess {
         let slots = scenario.fleet.max_robots;
         let straggler_limit = Duration::from_secs_f64(scenario.fleet.straggler_limit_s);
         let command_timeout_ns = (scenario.fleet.command_timeout_s * 1e9) as u64;
-        let world = World::new(scenario);
-        shared.memory.pieces = (0..scenario.shape_pieces() as usize).map(|index| world.piece(index)).collect();
-        let mut process = WorldProcess {
+        WorldProcess {
             world,
             attendance: Attendance::new(slots, straggler_limit, command_timeout_ns),
             notices: NoticeQueue::default(),
@@ -78,10 +88,33 @@ impl WorldProcess {
             pace: None,
             commands: Vec::new(),
             missing: Vec::new(),
+            is_blank: false,
             wake: shared.now + 5 * MS,
-        };
-        process.send_notices(shared);
+        }
+    }
+
+    /// The world that comes after one that has died, and begins with its next period.
+    pub(crate) fn after(scenario: &Scenario, world: World, shared: &mut Shared) -> WorldProcess {
+        let mut process = WorldProcess::of(world, scenario, shared);
+        let start_ns = shared.now + 5 * MS;
+        process.pace = Some(Pace::new(start_ns, process.period_ns, process.command_timeout_ns));
+        process.attendance.begin(start_ns);
+        process.checks = Checks::of(&process.world);
+        let memory = &shared.memory;
+        process.attendance.go_on(&process.world, &|instance| memory.signs(instance));
+        process.is_blank = true;
+        process.begin_period(shared);
         process
+    }
+
+    /// It dies, and what waits in its memory with it.
+    pub(crate) fn dies(&mut self) {
+        (self.stage, self.wake, self.notices) = (Stage::Dead, FOREVER, NoticeQueue::default());
+    }
+
+    /// It has begun, and is not about to end.
+    pub(crate) fn runs(&self) -> bool {
+        matches!(self.stage, Stage::Period | Stage::Close)
     }
 
     pub(crate) fn turn(&mut self, shared: &mut Shared) {
@@ -93,7 +126,7 @@ impl WorldProcess {
             Stage::Period => self.end_period(shared),
             Stage::Close => self.close_period(shared),
             Stage::Leave { begun_ns } => self.leave(begun_ns, shared),
-            Stage::Ended => self.wake = FOREVER,
+            Stage::Ended | Stage::Dead => self.wake = FOREVER,
         }
     }
 
@@ -108,7 +141,7 @@ impl WorldProcess {
         let due = self.world.due().iter().copied();
         self.missing.clear();
         self.missing.extend(due.filter(|instance| !memory.is_ready(*instance) && !attendance.is_silent(*instance)));
-        self.checks.waited(&self.missing, shared.daemon_awake_ns);
+        self.checks.waited(&self.missing, shared.daemon_awake_ns, shared.coverage.daemon_deaths);
         if misses && !self.over() {
             return;
         }
@@ -221,6 +254,8 @@ impl WorldProcess {
     fn close_period(&mut self, shared: &mut Shared) {
         self.close_tick(shared);
         self.take_orders(shared);
+        self.send_notices(shared);
+        shared.estate.leave(&self.world);
         self.begin_period(shared);
     }
 
@@ -231,7 +266,13 @@ impl WorldProcess {
         let (memory, attendance) = (&mut shared.memory, &self.attendance);
         self.world.open(&mut |instance| memory.is_ready(instance) && !attendance.is_silent(instance));
         let (world, stamp_ns) = (&self.world, shared.now);
-        let opening = world.opening();
+        let (slots, pieces): (Vec<_>, Vec<_>) = ((0..world.slots()).collect(), (0..world.pieces()).collect());
+        let opening = match std::mem::take(&mut self.is_blank) {
+            false => world.opening(),
+            true => {
+                Opening { odometry: &slots, neighbors: &slots, sensed: &slots, pieces: &pieces, impairments: &slots }
+            }
+        };
         for index in opening.pieces {
             memory.pieces.resize(memory.pieces.len().max(index + 1), Default::default());
             memory.pieces[*index] = world.piece(*index);
@@ -288,6 +329,7 @@ impl WorldProcess {
             let memory = &shared.memory;
             self.attendance.take(&mut self.world, order, &|instance| memory.signs(instance));
         }
+        self.send_notices(shared);
     }
 
     fn send_notices(&mut self, shared: &mut Shared) -> Vec<protocol::world_to_daemon::Notice> {
@@ -339,12 +381,12 @@ impl WorldProcess {
 
     /// Whether it has done all that it was told, and has said so. When a run is over, what comes late is left undone.
     pub(crate) fn is_drained(&self) -> bool {
-        let works = !matches!(self.stage, Stage::Close | Stage::Leave { .. } | Stage::Ended);
+        let works = !matches!(self.stage, Stage::Close | Stage::Leave { .. } | Stage::Ended | Stage::Dead);
         works && self.world.orders_waiting() == 0 && self.notices.is_empty()
     }
 
     pub(crate) fn has_ended(&self) -> bool {
-        matches!(self.stage, Stage::Ended)
+        matches!(self.stage, Stage::Ended | Stage::Dead)
     }
 }
 

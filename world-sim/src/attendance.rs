@@ -4,6 +4,7 @@
 mod stragglers;
 
 use crate::World;
+use crate::presence::State;
 use model::RobotInstance;
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
@@ -149,6 +150,13 @@ impl Attendance {
     }
 
     // ---- `realtime`: the newest command counts, while it is not too old
+
+    /// The world goes on in place of another one: robots that it holds come back when they give a sign of life.
+    pub fn go_on(&mut self, world: &World, signs: &dyn Fn(RobotInstance) -> u64) {
+        let states = (0..world.slots()).filter_map(|slot| world.state(slot));
+        let held = states.filter(|(_, state)| matches!(state, State::Held { .. })).map(|(instance, _)| instance);
+        self.silent.extend(held.map(|instance| (instance, signs(instance))));
+    }
 
     /// The first period begins.
     pub fn begin(&mut self, start_ns: u64) {

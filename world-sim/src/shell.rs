@@ -264,6 +264,8 @@ impl Shell {
         let (before, now_ns) = (self.gate.progress(), clock::now_ns());
         let away_ms = now_ns.saturating_sub(before.stamp_ns) / 1_000_000;
         self.world.went_on(before.tick.saturating_sub(self.world.tick()), away_ms);
+        let gate = &self.gate;
+        self.attendance.go_on(&self.world, &|instance| gate.signs(instance));
         first_ns + (now_ns.saturating_sub(first_ns) / self.period_ns + 1) * self.period_ns
     }
 
@@ -471,9 +473,15 @@ impl Shell {
     /// daemon may not know yet that it has to start it.
     fn take_orders(&mut self) {
         self.notices.flush();
+        let mut came = false;
         while let Some(order) = self.orders.take() {
             let gate = &self.gate;
             self.attendance.take(&mut self.world, order, &|instance| gate.signs(instance));
+            came = true;
+        }
+        if came {
+            // What is answered at once does not wait for the next tick, which may wait for the daemon.
+            self.send_notices();
         }
     }
 

@@ -47,6 +47,10 @@ pub struct World {
 
     tick: u64,
     is_open: bool,
+    /// A daemon has asked how everything stands while this tick was open.
+    asked: bool,
+    /// Orders or events have taken effect since the last tick was closed.
+    stirred: bool,
     stopped: bool,
     orders: Vec<Order>,
     events: Vec<TimelineEvent>,
@@ -126,6 +130,8 @@ impl World {
             ahead_ticks: (0.5 * clock.tick_hz).ceil().max(1.0) as u64,
             tick: 0,
             is_open: false,
+            asked: false,
+            stirred: false,
             stopped: false,
             orders: Vec::new(),
             events: scenario.events.clone(),
@@ -202,12 +208,19 @@ impl World {
     }
 
     /// A fact or a wish from outside. It takes effect when the next tick opens, but for [`Order::Stop`], which
-    /// [`finished`](World::finished) knows of at once.
+    /// [`finished`](World::finished) knows of at once, and [`Order::Resync`], which is answered between this tick and the
+    /// next one with all that came before it: the daemon that asks may have to start the robot that the next tick waits for.
     pub fn order(&mut self, order: Order) {
-        if order == Order::Stop {
-            self.stopped = true;
-        } else {
-            self.orders.push(order);
+        match order {
+            Order::Stop => self.stopped = true,
+            Order::Resync(_) => {
+                self.orders.push(order);
+                self.asked = self.is_open;
+                if !self.is_open {
+                    self.apply_orders();
+                }
+            }
+            _ => self.orders.push(order),
         }
     }
 
@@ -251,6 +264,9 @@ impl World {
     /// The instances that must be ready before this tick may open, by slot: initial robots, and joins, restarts and resumes
     /// due now or earlier. A robot instance that has been reported absent is not among them any more.
     pub fn due(&mut self) -> &[RobotInstance] {
+        if !self.is_open && std::mem::take(&mut self.asked) {
+            self.apply_orders();
+        }
         let mut due = std::mem::take(&mut self.due);
         due.clear();
         let tick = self.tick;
@@ -266,12 +282,11 @@ impl World {
         assert!(!self.is_open, "a tick is opened once");
         self.is_open = true;
         // Robots come to be gone, and tasks to have deadlines, by orders and events alone.
-        let is_quiet =
-            self.orders.is_empty() && self.events.get(self.next_event).is_none_or(|next| next.tick > self.tick);
+        self.stirred |= self.events.get(self.next_event).is_some_and(|next| next.tick <= self.tick);
         self.apply_orders();
         self.end_faults();
         self.apply_timeline();
-        if !is_quiet || self.tick >= self.tasks_end {
+        if std::mem::take(&mut self.stirred) || self.tick >= self.tasks_end {
             self.drop_tasks();
         }
         self.enter(ready);
@@ -293,6 +308,7 @@ impl World {
 
     fn apply_orders(&mut self) {
         let mut orders = std::mem::take(&mut self.orders);
+        self.stirred |= !orders.is_empty();
         for order in orders.drain(..) {
             match order {
                 Order::Admit { instance, ref robot } => {

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 /// A question that the world has not answered.
 #[derive(Default)]
 pub(super) struct Resync {
-    number: u32,
+    number: u64,
     /// What operators waited for when it was asked.
     waiting: Vec<Ticket>,
     /// Robots that there were then, in front.
@@ -26,9 +26,11 @@ pub(super) struct Resync {
 
 impl Coordinator {
     /// A fleet that runs already: the instances that a daemon of before has started, with their processes if those run. What
-    /// they do is asked of the world.
-    pub fn adopted(scenario: Scenario, begun: &[(RobotInstance, Option<u32>)]) -> Coordinator {
+    /// they do is asked of the world. No two daemons of a fleet may have the same `era`: an answer to the one before is none
+    /// to this one.
+    pub fn adopted(scenario: Scenario, begun: &[(RobotInstance, Option<u32>)], era: u32) -> Coordinator {
         let mut coordinator = Coordinator::new(scenario);
+        coordinator.resyncs = u64::from(era) << 32;
         for (instance, pid) in begun {
             let Some(member) = coordinator.members.get_mut(instance.index.at()) else { continue };
             let is_newer = member.state == ProcessState::Awaited || member.instance.incarnation < instance.incarnation;
@@ -74,6 +76,9 @@ impl Coordinator {
         }
         let held: BTreeSet<TaskId> = standings.tasks.iter().map(|(id, ..)| *id).collect();
         for id in resync.tasks.difference(&held) {
+            if self.tasks.state_of(*id).is_none_or(TaskState::is_final) {
+                continue;
+            }
             match standings.ended.iter().find(|(ended, _)| ended == id) {
                 Some((_, step)) => self.task_step(*id, *step),
                 None => self.order_task_again(*id),
@@ -87,16 +92,30 @@ impl Coordinator {
         let Some(member) = self.members.get_mut(instance.index.at()) else { return };
         if member.instance.incarnation > instance.incarnation {
             // The world has gone back to before the end of that life.
-            return self.died_unseen(instance);
+            return match standing {
+                Standing::Left => self.left(instance),
+                _ => self.died_unseen(instance),
+            };
         }
         if member.instance.incarnation < instance.incarnation {
-            match standing {
-                Standing::Awaited { told: false } => {}
-                _ if member.pid.is_some() => {
-                    // The life before it, which is to end.
-                    return self.expect(instance);
-                }
-                _ => (member.instance, member.state) = (instance, ProcessState::Awaited),
+            let before = member.instance;
+            if member.pid.is_none() {
+                (member.instance, member.state) = (instance, ProcessState::Awaited);
+            } else {
+                // The process of a life before it, which is to end.
+                return match standing {
+                    Standing::Awaited { told: false } => {}
+                    Standing::Awaited { told: true } => self.expect(instance),
+                    Standing::Left => {
+                        self.left(instance);
+                        self.signal(before, Signal::Kill, None);
+                    }
+                    Standing::Dead => self.signal(before, Signal::Kill, Some(ProcessState::Dead)),
+                    _ => {
+                        self.signal(before, Signal::Kill, Some(ProcessState::Dead));
+                        self.died_unseen(instance);
+                    }
+                };
             }
         }
         let Some(member) = self.members.get_mut(instance.index.at()) else { return };
@@ -139,7 +158,7 @@ impl Coordinator {
     }
 
     /// The process of a life that the world believes in has ended while nobody looked.
-    fn died_unseen(&mut self, instance: RobotInstance) {
+    pub(super) fn died_unseen(&mut self, instance: RobotInstance) {
         self.with_current(instance, |member| member.state = ProcessState::Dead);
         let words = "its process had ended when a daemon looked again".to_owned();
         let cause = Absence::Died { signal: None, code: None, words };
@@ -183,7 +202,7 @@ impl Coordinator {
                 // The world has been asked to admit it again.
                 Ticket::Admit(instance) if !is_there(instance) => self.waiting.push(waiting),
                 Ticket::Admit(_) => self.answer(waiting, None),
-                Ticket::Cancel(id) if self.tasks.state_of(id).is_none_or(TaskState::is_final) => {
+                Ticket::Cancel(id) if self.tasks.state_of(id) == Some(TaskState::Cancelled) => {
                     self.answer(waiting, None);
                 }
                 _ => {

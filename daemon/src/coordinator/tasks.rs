@@ -83,6 +83,12 @@ impl Tasks {
         self.records.get(&id).map(|record| record.state)
     }
 
+    /// Whether the world has had this task.
+    fn was_taken(&self, id: TaskId) -> bool {
+        let steps = self.records.get(&id).map_or(&[][..], |record| &record.steps);
+        steps.iter().any(|step| matches!(step.state, TaskState::Assigned | TaskState::Active))
+    }
+
     /// This robot has the task.
     pub(super) fn set_robot(&mut self, id: TaskId, robot: &str) {
         if let Some(record) = self.records.get_mut(&id) {
@@ -318,6 +324,10 @@ impl Coordinator {
         if self.tasks.records.get(&id).is_some_and(|record| record.state == TaskState::Queued) {
             match problem {
                 None => self.change(id, TaskState::Assigned, ""),
+                // A world that has gone back, and cannot have it again.
+                Some(problem) if self.tasks.was_taken(id) => {
+                    self.change(id, TaskState::Failed, &format!("the world had it, and lost it: {problem}"));
+                }
                 // It went after it had been chosen.
                 Some(problem) if problem == world_sim::ROBOT_GONE => self.reassign(id, TaskState::Refused, &problem),
                 Some(problem) => self.change(id, TaskState::Refused, &problem),
@@ -488,7 +498,13 @@ impl Coordinator {
 
     /// What the sender of a cancellation is told.
     pub(super) fn cancelled(&self, id: TaskId) -> Reply {
-        Reply::Tasks(self.tasks.records.get(&id).cloned().into_iter().collect())
+        match self.tasks.records.get(&id) {
+            // In a world that has gone back it came to another end than before.
+            Some(record) if record.state != TaskState::Cancelled && record.state.is_final() => {
+                refused(&format!("task {id} is {} already", record.state.word()), None).into()
+            }
+            record => Reply::Tasks(record.cloned().into_iter().collect()),
+        }
     }
 }
 

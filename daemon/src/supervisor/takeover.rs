@@ -123,7 +123,7 @@ impl Supervisor {
         }
         let begun: Vec<(RobotInstance, Option<u32>)> = begun.into_iter().collect();
         Ok(Supervisor {
-            coordinator: Coordinator::adopted(scenario, &begun),
+            coordinator: Coordinator::adopted(scenario, &begun, std::process::id()),
             children,
             gate,
             footing: Footing::survey_running(address)?,
@@ -143,6 +143,7 @@ impl Supervisor {
             enough: false,
             spawned_ns: None,
             departed: BTreeMap::new(),
+            specs: begun.iter().map(|(instance, _)| (instance.index, *instance)).collect(),
             keeper: None,
             helm: None,
             janitor: Janitor::new(address),

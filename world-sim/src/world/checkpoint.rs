@@ -172,7 +172,7 @@ impl World {
     }
 
     /// Tells a daemon how everything stands.
-    pub(super) fn tell_all(&mut self, number: u32) {
+    pub(super) fn tell_all(&mut self, number: u64) {
         let standing = |presence: &Presence| Some((presence.instance(), presence.standing()?));
         let tasks = |(slot, referee): (usize, &Option<Referee>)| -> Vec<_> {
             let tasks = referee.iter().flat_map(Referee::tasks);

@@ -12,7 +12,7 @@ const ENDED: u32 = 0;
 fn adopted(processes: &[(RobotInstance, u32)]) -> Coordinator {
     let scenario = running(&[]).scenario().clone();
     let begun: Vec<_> = processes.iter().map(|(who, pid)| (*who, Some(*pid).filter(|pid| *pid != ENDED))).collect();
-    let mut coordinator = Coordinator::adopted(scenario, &begun);
+    let mut coordinator = Coordinator::adopted(scenario, &begun, 0);
     coordinator.resync();
     assert_eq!(coordinator.take_actions(), [Action::Order(Order::Resync(0))]);
     coordinator
@@ -149,7 +149,8 @@ fn record(id: u32, robot: &str, state: TaskState, deadline_s: Option<f64>) -> Ta
 fn tasks_are_neither_lost_nor_done_twice() {
     let scenario = running(&[]).scenario().clone();
     let (west, east) = (scenario.robots[0].id.clone(), scenario.robots[1].id.clone());
-    let mut coordinator = Coordinator::adopted(scenario, &[(instance(0, 0), Some(100)), (instance(1, 0), Some(101))]);
+    let mut coordinator =
+        Coordinator::adopted(scenario, &[(instance(0, 0), Some(100)), (instance(1, 0), Some(101))], 0);
     coordinator.tell_wall_clock(4000);
     let known = vec![
         record(0, &west, TaskState::Active, None),
