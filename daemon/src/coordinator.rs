@@ -7,17 +7,17 @@
 mod membership;
 mod operators;
 mod resync;
+mod stillness;
 mod tasks;
 
-use model::{
-    Event, EventName, ProcessState, RobotIndex, RobotInstance, Scenario, StragglerPolicy, TaskId, TimelineAction,
-};
+use model::{Event, EventName, ProcessState, RobotIndex, RobotInstance, Scenario, TaskId, TimelineAction};
 pub use operators::{Answer, CONFIRM_WITHIN, NOISE_EVERY, WAITING_MAX};
 use operators::{Noise, Refusal, Waiting, hint_for, refused, shown};
 use protocol::daemon_to_world::{Absence, FaultId, Order, Ticket};
 use protocol::operator_to_daemon::{Reply, TaskRecord};
 use protocol::world_to_daemon::Notice;
 use std::time::Duration;
+pub use stillness::OpenTick;
 use tasks::Tasks;
 pub use tasks::{BATCH_MAX, OPEN_MAX, Place, Robots};
 
@@ -79,6 +79,8 @@ pub enum Action {
     News {
         /// Its kind.
         kind: News,
+        /// The robot that it is about, if it is about one and not in the log already.
+        robot: Option<RobotIndex>,
         /// The event, in words.
         line: String,
     },
@@ -95,6 +97,14 @@ pub enum News {
     WorldStopped,
     /// The world's process goes on.
     WorldGoesOn,
+    /// The process of a robot was stopped.
+    RobotStopped,
+    /// The process of a robot goes on.
+    RobotGoesOn,
+    /// A tick of `lockstep` waits for a robot.
+    TickWaits,
+    /// That tick goes on.
+    TickGoesOn,
 }
 
 impl std::fmt::Display for News {
@@ -103,6 +113,10 @@ impl std::fmt::Display for News {
             News::Event(name) => name.fmt(f),
             News::WorldStopped => f.write_str("world-stopped"),
             News::WorldGoesOn => f.write_str("world-goes-on"),
+            News::RobotStopped => f.write_str("robot-stopped"),
+            News::RobotGoesOn => f.write_str("robot-goes-on"),
+            News::TickWaits => f.write_str("tick-waits"),
+            News::TickGoesOn => f.write_str("tick-goes-on"),
         }
     }
 }
@@ -135,6 +149,8 @@ pub struct Member {
     leaving: bool,
     /// The kernel says that its process is stopped, for any reason.
     halted: bool,
+    /// Since when it is stopped, if time was looked at before.
+    stopped_at: Option<Duration>,
     /// When the present process was started.
     started_at: Duration,
     /// Since when its process is to end, because its robot has left or its next life waits for that, once the clock has
@@ -157,6 +173,8 @@ pub struct Coordinator {
     noise: Noise,
     /// When time was looked at last.
     looked_at: Option<Duration>,
+    /// A tick of which it has been said that it waits.
+    open_tick: Option<OpenTick>,
     /// Notices of the world that have not come, as far as is known.
     missed: Missed,
     /// The world has been asked how everything stands.
@@ -195,6 +213,7 @@ impl Coordinator {
             waiting: Vec::new(),
             noise: Noise::default(),
             looked_at: None,
+            open_tick: None,
             missed: Missed::default(),
             resync: None,
             resyncs: 0,
@@ -218,7 +237,7 @@ impl Coordinator {
 
     /// An event around the run for the watcher, of a kind of which there may be many.
     pub fn news(&mut self, kind: News, line: &str) {
-        self.actions.push(Action::News { kind, line: line.to_owned() });
+        self.actions.push(Action::News { kind, robot: None, line: line.to_owned() });
     }
 
     /// What is to be done, in order.
@@ -264,7 +283,7 @@ impl Coordinator {
             Notice::Log(event) => {
                 if event.kind.name().is_notable(event.tick) {
                     let line = describe(&self.scenario, &event);
-                    self.actions.push(Action::News { kind: News::Event(event.kind.name()), line });
+                    self.actions.push(Action::News { kind: News::Event(event.kind.name()), robot: None, line });
                 }
             }
         }
@@ -287,7 +306,7 @@ impl Coordinator {
     pub fn spawned(&mut self, instance: RobotInstance, pid: u32, now: Duration) {
         self.with_current(instance, |member| {
             member.pid = Some(pid);
-            member.halted = false;
+            (member.halted, member.stopped_at) = (false, None);
             member.started_at = now;
             member.ending_since = None;
         });
@@ -344,36 +363,6 @@ impl Coordinator {
         }
         if let Some(next) = next {
             self.start(next);
-        }
-    }
-
-    /// A process was stopped by a signal. One that is starting is given up at the start limit if it is not ready by then.
-    pub fn stopped(&mut self, instance: RobotInstance) {
-        let mut unasked = false;
-        self.with_current(instance, |member| {
-            member.halted = true;
-            unasked = member.state == ProcessState::Running;
-        });
-        if unasked {
-            self.stands_still(instance);
-        }
-    }
-
-    /// A stopped process goes on. The world notices by itself when the robot answers again.
-    pub fn continued(&mut self, instance: RobotInstance) {
-        self.with_current(instance, |member| {
-            member.halted = false;
-            if member.state == ProcessState::Stopped {
-                member.state = ProcessState::Running;
-            }
-        });
-    }
-
-    /// A robot in the world stands still, and the world did not ask for it.
-    fn stands_still(&mut self, instance: RobotInstance) {
-        self.with_current(instance, |member| member.state = ProcessState::Stopped);
-        if self.scenario.fleet.straggler != StragglerPolicy::Wait && !self.stopping {
-            self.actions.push(Action::Order(Order::Absent { instance, cause: Absence::Stopped }));
         }
     }
 
@@ -583,6 +572,7 @@ impl Member {
             lives: 0,
             leaving: false,
             halted: false,
+            stopped_at: None,
             started_at: Duration::ZERO,
             ending_since: None,
         }

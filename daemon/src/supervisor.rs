@@ -10,7 +10,7 @@ mod worlds;
 pub use ending::Finished;
 pub use takeover::Orphan;
 
-use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, Robots, Signal};
+use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, OpenTick, Robots, Signal};
 use crate::error::{Error, Kind};
 use crate::executables::Executables;
 use crate::guardian::Guardian;
@@ -297,6 +297,7 @@ impl Supervisor {
             let waited = |pid| clock::schedstat_of(pid).map_or(0, |stat| stat.waited_ns);
             let waited = |pid| Duration::from_nanos(waited(pid));
             self.coordinator.time(now(), &|instance| gate.is_ready(instance), &waited);
+            self.coordinator.open_tick(self.open_tick(), now());
             self.janitor.tend(now());
             self.act(Some(watch));
             self.children.adopt(&self.gate);
@@ -442,9 +443,14 @@ impl Supervisor {
                             self.awaiting.swap_remove(index).1.reply(&reply);
                         }
                     }
-                    Action::News { kind, line } => {
+                    Action::News { kind, robot, line } => {
                         if !matches!(kind, News::Event(_)) {
-                            self.log(Entry::new(Level::Warn, "daemon", line.clone()));
+                            let level = match kind {
+                                News::RobotGoesOn | News::TickGoesOn | News::WorldGoesOn => Level::Info,
+                                _ => Level::Warn,
+                            };
+                            let robot = robot.map(|robot| self.coordinator.name(robot).to_owned());
+                            self.log(Entry { robot, ..Entry::new(level, "daemon", line.clone()) });
                         }
                         if let Some(watch) = watch.as_deref_mut() {
                             watch.news(kind, &line);
@@ -536,6 +542,12 @@ impl Supervisor {
         self.coordinator.noise(noise.count, &noise.newest, now());
     }
 
+    /// The tick that has been open for too long, if one is.
+    fn open_tick(&self) -> Option<OpenTick> {
+        let instances = self.coordinator.members().iter().map(|member| member.instance);
+        status::open_tick(self.coordinator.scenario().clock.mode, &self.gate, &self.observer, instances)
+    }
+
     fn status(&self) -> Status {
         let process = |member: &crate::coordinator::Member| status::RobotProcess {
             instance: member.instance,
@@ -545,7 +557,7 @@ impl Supervisor {
         status::of(
             self.coordinator.scenario(),
             self.coordinator.members().iter().map(process),
-            &self.gate.progress(),
+            &self.gate,
             &self.observer,
             std::process::id(),
             self.children.world_pid().unwrap_or(0),

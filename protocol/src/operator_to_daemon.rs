@@ -201,6 +201,8 @@ pub struct Status {
     /// Since the newest tick, wall time, s; `None` before the first. It grows while the world is stopped, hangs, or waits
     /// for a robot.
     pub tick_age_s: Option<f64>,
+    /// The robots that the newest tick of `lockstep` has been waiting for, if it has for longer than half a second.
+    pub waits_for: Vec<String>,
     /// The robots, in their order.
     pub robots: Vec<RobotStatus>,
 }

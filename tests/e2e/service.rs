@@ -17,6 +17,7 @@ pub(crate) struct Service {
     scenario: String,
     pub(crate) root: PathBuf,
     up: Value,
+    mode: &'static str,
     env: Vec<(String, String)>,
     _permit: Permit,
 }
@@ -28,14 +29,27 @@ impl Service {
         Service::of(lanes(robots, 2.0).replacen("[defaults]\n", more, 1), &[])
     }
 
-    /// A fleet of this scenario, whose processes have this in their environment.
+    /// A fleet of this scenario in `realtime`, whose processes have this in their environment.
     pub(crate) fn of(scenario: String, env: &[(&str, &str)]) -> Service {
+        Service::in_mode("realtime", scenario, env)
+    }
+
+    /// The same in another clock mode.
+    pub(crate) fn in_mode(mode: &'static str, scenario: String, env: &[(&str, &str)]) -> Service {
         let env = env.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
         let directory = TempDir::with_prefix("shoal-e2e-").unwrap();
         let name = directory.path().file_name().unwrap().to_str().unwrap().to_owned();
         std::fs::write(directory.path().join("scenario.toml"), &scenario).unwrap();
-        let mut service =
-            Service { directory, name, scenario, root: PathBuf::new(), up: Value::Null, env, _permit: Permit::take(1) };
+        let mut service = Service {
+            directory,
+            name,
+            scenario,
+            root: PathBuf::new(),
+            up: Value::Null,
+            mode,
+            env,
+            _permit: Permit::take(1),
+        };
         service.start();
         service
     }
@@ -48,7 +62,7 @@ impl Service {
     pub(crate) fn command_for(&self, name: &str) -> Command {
         let mut command = Command::new(SHOAL);
         command.arg("up").arg(self.directory.path().join("scenario.toml")).args(["--name", name, "--state"]);
-        command.arg(self.state()).args(["--format", "json"]);
+        command.arg(self.state()).args(["--format", "json", "--mode", self.mode]);
         command.envs(self.env.iter().map(|(key, value)| (key, value)));
         command
     }

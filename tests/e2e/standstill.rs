@@ -1,5 +1,6 @@
 //! Time that stands still: for the world, or for everything (a frozen container, a paused virtual machine).
 
+use crate::service::Service;
 use crate::support::{Ended, Fleet, Run, assert_clean, lanes, shoal, signal, stop, wait_for};
 use bus::clock;
 use rustix::process::Signal;
@@ -110,4 +111,60 @@ fn a_frozen_fleet_in_lockstep_loses_no_robot_and_no_bit() {
     assert_eq!(ended.hash(), undisturbed.hash(), "{ended}");
     assert_eq!((&ended.report["verdict"], &ended.report["latency"]["stragglers"]), (&"valid".into(), &Value::from(0)));
     assert_clean(&root);
+}
+
+/// The agent of one robot is stopped and goes on: `ps` names the robot, the log says who waited for whom, and that it is over.
+/// What `shows` says of the fleet meanwhile is waited for.
+fn stop_b(mode: &'static str, shows: &dyn Fn(&Value) -> bool) -> (Service, Vec<Value>) {
+    let more = "[fleet]\ncommand_timeout_s = 0.5\nstraggler_limit_s = 600\n";
+    let service = Service::in_mode(mode, format!("{}{more}", lanes(3, 1.0)), &[]);
+    let fleet = || service.json(&["ps"])["fleets"][0].clone();
+    let state = || fleet()["robots"][1]["state"].as_str().unwrap().to_owned();
+    wait_for("b to take part", || (state() == "running").then_some(()));
+    let agent = service.agent("b").unwrap();
+    let log = || -> Vec<Value> {
+        let text = service.ask(&["logs", "--format", "json"]).expect(0).stdout;
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let is_logged = |words: &str| log().iter().any(|entry| entry["text"].as_str().unwrap().contains(words));
+    stop(agent);
+    wait_for("`ps` to name it", || (state() == "stopped" && shows(&fleet())).then_some(()));
+    wait_for("the log to name it", || is_logged("robot `b`: its process was stopped by a signal").then_some(()));
+    match mode {
+        "lockstep" => {
+            wait_for("who waits for whom", || {
+                is_logged("waits for robot `b` (stopped), and 2 other robots").then_some(())
+            });
+        }
+        _ => wait_for("the world to hold it", || is_logged("held: overdue").then_some(())),
+    }
+    signal(agent, Signal::CONT);
+    wait_for("it to go on", || (state() == "running" && fleet()["waits_for"] == serde_json::json!([])).then_some(()));
+    let over = if mode == "lockstep" { "it waited for robot `b`" } else { "answers again" };
+    wait_for("the log to say so", || {
+        (is_logged("robot `b`: its process goes on after") && is_logged(over)).then_some(())
+    });
+    let log = log();
+    service.json(&["down"]);
+    assert_clean(&service.root);
+    (service, log)
+}
+
+#[test]
+fn a_stopped_agent_is_named_and_no_robot_waits_for_it_in_realtime() {
+    let (_service, log) = stop_b("realtime", &|fleet| fleet["waits_for"] == serde_json::json!([]));
+    let of = |words: &str| log.iter().find(|entry| entry["text"].as_str().unwrap().contains(words)).unwrap();
+    let stopped = of("its process was stopped");
+    assert_eq!(
+        (&stopped["robot"], &stopped["level"], &stopped["source"]),
+        (&"b".into(), &"warn".into(), &"daemon".into())
+    );
+    assert!(stopped["text"].as_str().unwrap().contains("no robot waits for it"), "{stopped}");
+    assert_eq!((&of("goes on after")["robot"], &of("goes on after")["level"]), (&"b".into(), &"info".into()));
+}
+
+#[test]
+fn a_tick_that_waits_for_a_stopped_agent_says_so_in_lockstep() {
+    let (_service, log) = stop_b("lockstep", &|fleet| fleet["waits_for"] == serde_json::json!(["b"]));
+    assert!(log.iter().all(|entry| entry["event"] != "held"), "it is waited for: {log:#?}");
 }

@@ -246,6 +246,7 @@ mod tests {
                 tick: 512,
                 time_s: 10.24,
                 tick_age_s: Some(0.013),
+                waits_for: Vec::new(),
                 robots: vec![robot("r00", ProcessState::Running, 0), robot("r01", ProcessState::Dead, 3)],
                 ..Status::default()
             },

@@ -158,10 +158,15 @@ fn world_words(status: &Status) -> String {
         ProcessState::Running => String::new(),
         state => format!(" ({})", state.word()),
     };
-    match status.tick_age_s.filter(|age_s| *age_s > TICK_AGE_S_MAX) {
-        Some(age_s) => format!("{state}, last tick {age_s:.1} s ago"),
-        None => state,
-    }
+    let age = match status.tick_age_s.filter(|age_s| *age_s > TICK_AGE_S_MAX) {
+        Some(age_s) => format!(", last tick {age_s:.1} s ago"),
+        None => String::new(),
+    };
+    let waits = match &status.waits_for[..] {
+        [] => String::new(),
+        robots => format!(", waits for {}", report::judge::some_of(robots.iter().map(String::as_str).collect())),
+    };
+    state + &age + &waits
 }
 
 fn robot_row(robot: &RobotStatus) -> Vec<String> {
@@ -212,6 +217,7 @@ mod tests {
             world_pid: 4601,
             world_state: ProcessState::Running,
             tick_age_s: Some(0.013),
+            waits_for: Vec::new(),
             robots: [ProcessState::Running, ProcessState::Running, ProcessState::Dead, ProcessState::Awaited]
                 .into_iter()
                 .zip(0..)
@@ -228,6 +234,8 @@ mod tests {
         insta::assert_snapshot!(text);
         let json = fleet_json(&shown, &status);
         assert_eq!(world_words(&status), "");
+        let waits = Status { tick_age_s: Some(3.21), waits_for: vec!["r01".into(), "r02".into()], ..status.clone() };
+        assert_eq!(world_words(&waits), ", last tick 3.2 s ago, waits for r01, r02");
         let stopped = Status { world_state: ProcessState::Stopped, tick_age_s: Some(3.21), ..status };
         assert_eq!(world_words(&stopped), " (stopped), last tick 3.2 s ago");
         assert_eq!((&json["fleet"], &json["robots"][1]["pid"]), (&json!("abcd234"), &json!(4701)));

@@ -39,7 +39,7 @@ pub(super) fn status(address: &Address) -> Result<Status, Failure> {
         }
     });
     let (daemon_pid, world_pid) = processes(address);
-    Ok(status::of(&scenario, processes_of_robots, &gate.progress(), &observer, daemon_pid, world_pid))
+    Ok(status::of(&scenario, processes_of_robots, &gate, &observer, daemon_pid, world_pid))
 }
 
 /// The newest incarnation of every robot: each has a file that says what it is.
