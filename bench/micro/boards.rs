@@ -193,7 +193,7 @@ fn lists_write(bencher: Bencher<'_, '_>, listed: u32) {
     let (_home, _services, mut world, _) = lists();
     let (neighbors, pieces) = listed_of(listed);
     bencher.bench_local(|| {
-        world.neighbors(RobotIndex(0), black_box(&neighbors));
+        world.neighbors(RobotIndex(0), black_box(&neighbors), &[]);
         world.sensed(RobotIndex(0), black_box(&pieces));
     });
 }
@@ -205,11 +205,11 @@ fn lists_write_and_read(bencher: Bencher<'_, '_>, listed: u32) {
     let (neighbors, pieces) = listed_of(listed);
     let (mut heard, mut seen) = (Vec::with_capacity(256), Vec::with_capacity(256));
     bencher.bench_local(|| {
-        world.neighbors(RobotIndex(0), black_box(&neighbors));
+        world.neighbors(RobotIndex(0), black_box(&neighbors), &[]);
         world.sensed(RobotIndex(0), black_box(&pieces));
         world.odometry(RobotIndex(0), |odometry| odometry.tick += 1);
         robot.odometry();
-        assert!(robot.neighbors(&mut heard) && robot.sensed(&mut seen));
+        assert!(robot.neighbors(&mut heard, &mut Vec::new()) && robot.sensed(&mut seen));
     });
 }
 

@@ -75,7 +75,8 @@ const READY: usize = 0;
 const ANSWER: usize = 8;
 /// In a slot: counts signs of life of a robot that nobody waits for. Only its own process writes it.
 const SIGNS: usize = 16;
-/// In a slot: how many neighbours its robot heard in its newest step.
+/// In a slot: the incarnation, which list of neighbours its robot had in its newest step (16 bits), and how many of them it heard
+/// (16 bits).
 const HEARD: usize = 24;
 /// In a slot: the incarnation that has met its neighbours, plus one.
 const MET: usize = 32;
@@ -348,10 +349,12 @@ impl Gate {
         }
     }
 
-    /// Says how many neighbours this robot heard in the step that it is about to answer. No system call.
-    pub fn note_heard(&self, instance: RobotInstance, neighbors: usize) {
+    /// Says how many neighbours this robot heard in the step that it is about to answer, of the list that the world wrote
+    /// as this version. No system call.
+    pub fn note_heard(&self, instance: RobotInstance, version: u32, neighbors: usize) {
         if let Some(word) = self.slot(instance.index, HEARD) {
-            word.store(u64::from(instance.incarnation) << 32 | neighbors as u64, Relaxed);
+            let heard = u64::from(version & 0xffff) << 16 | (neighbors as u64).min(0xffff);
+            word.store(u64::from(instance.incarnation) << 32 | heard, Relaxed);
         }
     }
 
@@ -442,8 +445,20 @@ impl Gate {
 
     /// How many neighbours this instance heard in its newest step; 0 before the first.
     pub fn heard(&self, instance: RobotInstance) -> usize {
-        let word = self.slot(instance.index, HEARD).map_or(0, |word| word.load(Relaxed));
-        if word >> 32 == u64::from(instance.incarnation) { (word & u64::from(u32::MAX)) as usize } else { 0 }
+        self.heard_word(instance).map_or(0, |word| (word & 0xffff) as usize)
+    }
+
+    /// How many neighbours this instance heard in its newest step, if its list of them was the one of this version.
+    pub fn heard_of(&self, instance: RobotInstance, version: u32) -> Option<usize> {
+        let word = self.heard_word(instance)?;
+        (word >> 16 & 0xffff == u64::from(version & 0xffff)).then_some((word & 0xffff) as usize)
+    }
+
+    /// What the instance said in its newest step; `None` before the first. A step without neighbours before anything was
+    /// ever listed looks like none.
+    fn heard_word(&self, instance: RobotInstance) -> Option<u64> {
+        let word = self.slot(instance.index, HEARD)?.load(Relaxed);
+        (word >> 32 == u64::from(instance.incarnation)).then_some(word)
     }
 
     /// The open tick, or the last one that was; `None` before the first.

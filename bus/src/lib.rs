@@ -66,7 +66,7 @@ pub use robot_board::{Poses, RobotReader, RobotWriter};
 pub use services::Services;
 pub use sizes::Sizes;
 pub use stats::{Counter, Percentiles, StatsSnapshot, StatsWriter, Strips};
-pub use world_board::{WorldObserver, WorldReader, WorldWriter};
+pub use world_board::{ToldNeighbors, WorldObserver, WorldReader, WorldWriter};
 
 /// What every fallible call of this crate returns.
 pub type Result<T, E = BusError> = std::result::Result<T, E>;

@@ -6,7 +6,7 @@ use crate::{Result, Sizes};
 use iceoryx2::prelude::ZeroCopySend;
 use model::RobotIndex;
 use protocol::world_to_robot::{Impairment, NeighborList, NeighborRef, Odometry, Piece, SensedList};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
 /// Name of the board. What a killed world was writing can never be written again: the next one has a board of its own.
 fn name(incarnation: u32) -> String {
@@ -108,9 +108,10 @@ impl WorldWriter {
         });
     }
 
-    /// Whom the robot hears, in the order of robots. To be written when it changes, before its odometry.
-    pub fn neighbors(&mut self, index: RobotIndex, neighbors: &[NeighborRef]) {
-        self.neighbors[index.at()].update(|list| list.set(neighbors));
+    /// Whom the robot hears, and whom it will hear, both in the order of robots. To be written when one of them changes,
+    /// before its odometry.
+    pub fn neighbors(&mut self, index: RobotIndex, neighbors: &[NeighborRef], coming: &[NeighborRef]) {
+        self.neighbors[index.at()].update(|list| list.set(neighbors, coming));
         self.hearing_written(index);
     }
 
@@ -183,17 +184,25 @@ impl WorldReader {
         told.odometry
     }
 
-    /// Fills `list` with the robots that it hears, if the world had written them, or the robot's
-    /// [`impairment`](WorldReader::impairment), again when the odometry was last read (or this is the first look);
-    /// returns whether it had.
-    pub fn neighbors(&mut self, list: &mut Vec<NeighborRef>) -> bool {
+    /// Fills `list` with the robots that it hears, and `coming` with those that it will hear, if the world had written them,
+    /// or the robot's [`impairment`](WorldReader::impairment), again when the odometry was last read (or this is the
+    /// first look); returns whether it had.
+    pub fn neighbors(&mut self, list: &mut Vec<NeighborRef>, coming: &mut Vec<NeighborRef>) -> bool {
         let now = Some(self.written.get()[0]);
         let changed = std::mem::replace(&mut self.handed_out[0], now) != now;
         if changed {
+            let told = self.neighbors.get();
             list.clear();
-            list.extend_from_slice(self.neighbors.get().as_slice());
+            list.extend_from_slice(told.as_slice());
+            coming.clear();
+            coming.extend_from_slice(told.coming());
         }
         changed
+    }
+
+    /// Which writing of the lists of neighbours the odometry that was last read tells of.
+    pub fn neighbors_version(&self) -> u32 {
+        self.written.get()[0]
     }
 
     /// What the radio and faults do to the robot. It is new when [`neighbors`](WorldReader::neighbors) says so.
@@ -233,9 +242,24 @@ impl WorldReader {
     }
 }
 
-/// Sees where every robot is: for `ps` and the like.
+/// Sees where every robot is, and whom it hears: for `ps` and the like.
 pub struct WorldObserver {
     odometry: Vec<Entry<Told>>,
+    name: String,
+    reader: iceoryx2::port::reader::Reader<crate::node::Ipc, Key>,
+    /// The lists of neighbours that have been asked for, by slot.
+    neighbors: RefCell<Vec<Option<Entry<NeighborList>>>>,
+}
+
+/// What the world told a robot last.
+#[derive(Clone, Debug, Default)]
+pub struct ToldNeighbors {
+    /// Where it is.
+    pub odometry: Odometry,
+    /// Whom it hears.
+    pub neighbors: Vec<NeighborRef>,
+    /// Which writing of that list this is, see [`Gate::heard_of`](crate::Gate::heard_of).
+    pub version: u32,
 }
 
 impl WorldObserver {
@@ -245,10 +269,27 @@ impl WorldObserver {
     /// When the board is not there, or has no place left for a reader.
     pub fn open(node: &Node, incarnation: u32) -> Result<WorldObserver> {
         let sizes = Sizes::of(node.address())?;
-        let name = &name(incarnation);
-        let reader = board::reader(&board::open(node, name)?, name)?;
-        let odometry = (0..sizes.max_robots).map(|robot| board::entry(&reader, name, key(Kind::Odometry, robot)));
-        Ok(WorldObserver { odometry: odometry.collect::<Result<_>>()? })
+        let name = name(incarnation);
+        let reader = board::reader(&board::open(node, &name)?, &name)?;
+        let odometry = (0..sizes.max_robots).map(|robot| board::entry(&reader, &name, key(Kind::Odometry, robot)));
+        let odometry = odometry.collect::<Result<Vec<_>>>()?;
+        let neighbors = RefCell::new(odometry.iter().map(|_| None).collect());
+        Ok(WorldObserver { odometry, name, reader, neighbors })
+    }
+
+    /// What the robot was told last of itself and of its neighbours. `None` while the world is writing it, or if it cannot be
+    /// read.
+    pub fn told(&self, index: RobotIndex) -> Option<ToldNeighbors> {
+        let before = self.odometry[index.at()].get();
+        let mut lists = self.neighbors.borrow_mut();
+        let entry = match &mut lists[index.at()] {
+            Some(entry) => entry,
+            none => none.insert(board::entry(&self.reader, &self.name, key(Kind::Neighbors, index.0)).ok()?),
+        };
+        let neighbors = entry.get().as_slice().to_vec();
+        let told = self.odometry[index.at()].get();
+        let version = told.neighbors_written;
+        (version == before.neighbors_written).then(|| ToldNeighbors { odometry: told.odometry, neighbors, version })
     }
 
     /// Where the robot is.

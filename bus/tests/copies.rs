@@ -90,13 +90,13 @@ fn of_a_list_only_what_counts_is_written() {
     let pieces: Vec<u16> = (1..=MAX_SENSED as u16).collect();
     // Both cells of each.
     for _ in 0..2 {
-        world.neighbors(ROBOT, &robots);
+        world.neighbors(ROBOT, &robots, &[]);
         world.sensed(ROBOT, &pieces);
     }
     let shared = fleet.shared();
     // Eight bytes for the counter of the entry, and eight before the first element.
     let robots = [NeighborRef { index: u32::MAX, incarnation: u32::MAX }; 16];
-    let bytes = shared.changed_by(|| world.neighbors(ROBOT, &robots));
+    let bytes = shared.changed_by(|| world.neighbors(ROBOT, &robots, &[]));
     assert!((16 * 8..=16 + 16 * 8).contains(&bytes), "{bytes} bytes for 16 neighbours");
     let bytes = shared.changed_by(|| world.sensed(ROBOT, &[u16::MAX; 20]));
     assert!((20 * 2..=16 + 20 * 2).contains(&bytes), "{bytes} bytes for 20 pieces");
@@ -119,13 +119,13 @@ fn a_list_is_copied_out_once() {
     }
     let shared = fleet.shared();
     assert_eq!(copies_of(MARKS, mark, &shared).len(), 1, "what is looked for is found");
-    world.neighbors(ROBOT, &robots);
+    world.neighbors(ROBOT, &robots, &[]);
     robots.fill(NeighborRef::default());
     assert_eq!(copies_of(MARKS, mark, &shared), [], "writing has copied it into the entry, and to no other place");
     world.odometry(ROBOT, |odometry| odometry.tick = 1);
     let stack = stack_used(&mut || {
         reader.odometry();
-        assert!(reader.neighbors(&mut found));
+        assert!(reader.neighbors(&mut found, &mut Vec::new()));
     });
     let list = size_of::<NeighborList>();
     assert!((list..2 * list).contains(&stack), "{stack} bytes of the stack for a list of {list}");

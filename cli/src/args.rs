@@ -89,6 +89,8 @@ pub enum Verb {
     Add(AddArgs),
     /// Take a robot out of a running fleet
     Remove(RemoveArgs),
+    /// Give a robot of a running fleet a new process
+    Restart(RestartArgs),
     /// Send tasks to robots of a running fleet, and follow them
     #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
     Task(TaskVerb),

@@ -55,6 +55,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Run(options) => shoal::run::run(options),
         Verb::Up(options) => verbs::up::run(options),
         Verb::Remove(options) => done(verbs::remove::run(options)),
+        Verb::Restart(options) => done(verbs::restart::run(options)),
         Verb::Down(options) => done(verbs::down::run(options)),
         Verb::Logs(options) => done(verbs::logs::run(options)),
         Verb::Plot(options) => done(verbs::plot::plot(options)),

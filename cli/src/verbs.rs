@@ -16,6 +16,7 @@ pub mod plot;
 pub mod ps;
 pub mod remove;
 pub mod reproduce;
+pub mod restart;
 pub mod schema;
 pub mod stress;
 pub mod task;

@@ -4,12 +4,14 @@
 //! world's expectations into spawns, and what happens to processes into facts for the world. Operators talk to it
 //! (`operators.rs`), also about who is a member (`membership.rs`) and about tasks (`tasks.rs`).
 
+mod joining;
 mod membership;
 mod operators;
 mod resync;
 mod stillness;
 mod tasks;
 
+use joining::Joining;
 use model::{Event, EventName, ProcessState, RobotIndex, RobotInstance, Scenario, TaskId, TimelineAction};
 pub use operators::{Answer, CONFIRM_WITHIN, NOISE_EVERY, WAITING_MAX};
 use operators::{Noise, Refusal, Waiting, hint_for, refused, shown};
@@ -143,8 +145,10 @@ pub struct Member {
     pub state: ProcessState,
     /// The life to start as soon as the present process is reaped.
     next: Option<RobotInstance>,
-    /// As many lives the slot has had, the present one included; those of a robot that has left count.
+    /// The number of lives that the slot has had when its robot has left.
     lives: u32,
+    /// The first life of the present robot.
+    first_life: u32,
     /// An operator wants it to leave.
     leaving: bool,
     /// The kernel says that its process is stopped, for any reason.
@@ -170,6 +174,8 @@ pub struct Coordinator {
     faults: FaultId,
     /// What operators asked for and the world has not answered, in the order in which it was asked for.
     waiting: Vec<Waiting>,
+    /// Robots that the world has accepted and whose operator waits until they take part.
+    joining: Vec<Joining>,
     noise: Noise,
     /// When time was looked at last.
     looked_at: Option<Duration>,
@@ -211,6 +217,7 @@ impl Coordinator {
             tasks: Tasks::default(),
             faults: FaultId(0),
             waiting: Vec::new(),
+            joining: Vec::new(),
             noise: Noise::default(),
             looked_at: None,
             open_tick: None,
@@ -271,16 +278,23 @@ impl Coordinator {
             // What is said of before the answer to a question is part of the answer.
             Notice::Expect { .. } if self.is_resyncing() => {}
             Notice::Expect { instance, .. } => self.expect(instance),
-            Notice::Entered { instance, .. } => self.entered(instance),
+            Notice::Entered { instance, tick } => {
+                self.entered(instance);
+                self.newcomer_entered(instance, tick);
+            }
             Notice::Kill { instance } => self.kill(instance),
             Notice::Pause { instance } => self.signal(instance, Signal::Stop, Some(ProcessState::Paused)),
             Notice::Resume { instance } => self.signal(instance, Signal::Continue, Some(ProcessState::Running)),
-            Notice::Left { instance } => self.left(instance),
+            Notice::Left { instance } => {
+                self.left(instance);
+                self.newcomer_left(instance.index);
+            }
             Notice::RestartLimit { instance } => self.restart_limit(instance),
             Notice::Answer { ticket, refused } => self.answered(ticket, refused),
             Notice::Task { id, step } => self.task_step(id, step),
             Notice::Standings(standings) => self.standings(standings),
             Notice::Log(event) => {
+                self.newcomer_event(&event);
                 if event.kind.name().is_notable(event.tick) {
                     let line = describe(&self.scenario, &event);
                     self.actions.push(Action::News { kind: News::Event(event.kind.name()), robot: None, line });
@@ -379,6 +393,7 @@ impl Coordinator {
             member.ending_since = member.ending_since.map(|since| since + away);
         }
         self.waiting.iter_mut().filter_map(|waiting| waiting.since.as_mut()).for_each(|since| *since += away);
+        self.joining_was_away(away);
         self.tasks.was_away(away);
         self.answer_late(now);
         let limit = Duration::from_secs_f64(self.scenario.fleet.start_limit_s);
@@ -556,6 +571,11 @@ impl Coordinator {
 }
 
 impl Member {
+    /// How often the robot was restarted.
+    pub fn restarts(&self) -> u32 {
+        self.instance.incarnation.saturating_sub(self.first_life)
+    }
+
     /// Whether its body may be in the world.
     pub fn in_world(&self) -> bool {
         use ProcessState::{Dead, Paused, RestartLimit, Running, Stopped};
@@ -570,6 +590,7 @@ impl Member {
             state: ProcessState::Awaited,
             next: None,
             lives: 0,
+            first_life: 0,
             leaving: false,
             halted: false,
             stopped_at: None,

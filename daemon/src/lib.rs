@@ -3,7 +3,7 @@
 //! ```text
 //! supervisor      the processes of one fleet, and what they share: does what the coordinator decides
 //! coordinator     which process should run: pure
-//! assign          which robots do which goals: pure
+//! assign          which robots do which goals: pure     hearing      who hears a newcomer: pure
 //! guardian        cleans after a killed daemon           janitor      clears away what dead processes left
 //! processes       children, started, watched, reaped     logs         what they print
 //! executables     agents of one's own                    scheduling   processors and classes of the processes
@@ -22,6 +22,7 @@ pub mod detach;
 pub mod error;
 pub mod executables;
 pub mod guardian;
+pub mod hearing;
 pub mod janitor;
 pub mod limits;
 mod logs;

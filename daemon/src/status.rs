@@ -16,6 +16,8 @@ pub struct RobotProcess {
     pub pid: Option<u32>,
     /// Where it is.
     pub state: ProcessState,
+    /// How often its robot was restarted.
+    pub restarts: u32,
 }
 
 /// The fleet of this scenario. `processes` are those of its robots, in their order.
@@ -29,7 +31,7 @@ pub fn of(
 ) -> Status {
     let (progress, mut instances) = (gate.progress(), Vec::new());
     let processes = processes.inspect(|process| instances.push(process.instance));
-    let robots = processes.zip(&scenario.robots).map(|(RobotProcess { instance, pid, state }, robot)| {
+    let robots = processes.zip(&scenario.robots).map(|(RobotProcess { instance, pid, state, restarts }, robot)| {
         let odometry = observer.odometry(instance.index);
         // Before its first process has started it is nowhere; between two its body stands where it stood.
         let there = instance.incarnation > 0 || !matches!(state, ProcessState::Awaited | ProcessState::Starting);
@@ -37,6 +39,7 @@ pub fn of(
             id: robot.id.clone(),
             index: instance.index,
             incarnation: instance.incarnation,
+            restarts,
             pid,
             state,
             planner: robot.planner.clone(),

@@ -2,6 +2,7 @@
 //! decides, and tells it what became of it.
 
 mod ending;
+mod joining;
 mod keeping;
 mod places;
 mod takeover;
@@ -47,6 +48,8 @@ use worlds::Worlds;
 
 /// How often the daemon looks at the clock while nothing happens.
 const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+/// The same while an operator waits for a robot to join.
+const JOINING_BEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
 /// Requests of operators that are answered before anything else is looked at again.
 const REQUESTS_AT_A_TIME: usize = 32;
 /// How often it looks whether the fleet's files are still there.
@@ -278,7 +281,8 @@ impl Supervisor {
                 ];
                 sources.extend(self.children.fosters().map(|process| PollFd::new(process, PollFlags::IN)));
                 // An interrupted sleep is as good as a finished one.
-                let _ = poll(&mut sources, Some(&HEARTBEAT));
+                let beat = if self.coordinator.awaits_newcomers() { &JOINING_BEAT } else { &HEARTBEAT };
+                let _ = poll(&mut sources, Some(beat));
             }
             for _ in 0..self.signals.take_interrupts() {
                 self.coordinator.interrupt(now());
@@ -291,6 +295,7 @@ impl Supervisor {
                 self.coordinator.tell_places(self.places(Bids::Unread));
             }
             self.hear();
+            self.look_at_newcomers();
             self.serve();
             self.orders.flush();
             let gate = &self.gate;
@@ -486,7 +491,8 @@ impl Supervisor {
     fn spawn_agent(&mut self, instance: RobotInstance) {
         let Some(robot) = self.coordinator.scenario().robots.get(instance.index.at()) else { return };
         let (id, program) = (robot.id.clone(), robot.agent.clone());
-        let spec = AgentSpec::new(self.coordinator.scenario(), robot, instance);
+        let foreseen = self.foreseen(robot, instance);
+        let spec = AgentSpec { foreseen, ..AgentSpec::new(self.coordinator.scenario(), robot, instance) };
         if let Err(failure) = write(&self.address, &robot_agent::shell::spec_file(instance), &spec) {
             return self.coordinator.not_spawned(instance, failure.message);
         }
@@ -553,6 +559,7 @@ impl Supervisor {
             instance: member.instance,
             pid: member.pid.map(|started| self.children.agent_pid(started)),
             state: member.state,
+            restarts: member.restarts(),
         };
         status::of(
             self.coordinator.scenario(),

@@ -239,6 +239,11 @@ events! {
         /// The body.
         body: BodyKind,
     } = "bad-command";
+    /// An operator gave the robot a new process.
+    Replaced {
+        /// The incarnation that takes over.
+        incarnation: u32,
+    } = "replaced";
 }
 
 impl EventKind {
@@ -278,6 +283,7 @@ impl EventKind {
             EventKind::OffGoal { distance_m } => format!("{distance_m:.3} m"),
             EventKind::Contact { with, .. } => format!("with {}", with.words(name)),
             EventKind::Killed { source } => source.to_string(),
+            EventKind::Replaced { incarnation } => of_incarnation(*incarnation),
             EventKind::Died { signal, code, words } => {
                 let ending = match (signal, code) {
                     (Some(signal), _) => format!("signal {signal}"),
@@ -377,6 +383,7 @@ mod tests {
             ),
             (EventKind::Held { silence: Silence::Stopped }, "held", "stopped"),
             (EventKind::Killed { source: FaultSource::Operator }, "killed", "operator"),
+            (EventKind::Replaced { incarnation: 2 }, "replaced", "incarnation 2"),
             (
                 EventKind::Paused { source: FaultSource::Timeline, until_tick: Some(20) },
                 "paused",

@@ -18,6 +18,8 @@ pub struct AgentSpec {
     pub shape_pieces: u32,
     /// How many robots the fleet can hold.
     pub max_robots: u32,
+    /// Whom it will hear first, as far as that can be foreseen: it can open their boards before it takes part.
+    pub foreseen: Vec<RobotInstance>,
     /// The fixed obstacles, if the robot knows the map; else empty.
     pub map: Vec<MapPiece>,
 }
@@ -38,6 +40,7 @@ impl AgentSpec {
             command_timeout_s: scenario.fleet.command_timeout_s,
             shape_pieces: scenario.shape_pieces(),
             max_robots: scenario.fleet.max_robots as u32,
+            foreseen: Vec::new(),
             map,
         }
     }

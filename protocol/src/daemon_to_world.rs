@@ -20,6 +20,11 @@ pub enum Order {
         /// Its index.
         index: RobotIndex,
     },
+    /// The robot gets a new process; a process that it has is killed. It does not count as one of its restarts.
+    Restart {
+        /// Its index.
+        index: RobotIndex,
+    },
     /// A goal for a robot.
     Task {
         /// Its number, given by the daemon.
@@ -69,6 +74,8 @@ pub enum Ticket {
     Admit(RobotInstance),
     /// [`Order::Remove`] of this robot.
     Remove(RobotIndex),
+    /// [`Order::Restart`] of this robot.
+    Restart(RobotIndex),
     /// [`Order::Task`] with this number.
     Task(TaskId),
     /// [`Order::Fault`] with this number.
@@ -87,6 +94,7 @@ impl Order {
         match self {
             Order::Admit { instance, .. } => Some(Ticket::Admit(*instance)),
             Order::Remove { index } => Some(Ticket::Remove(*index)),
+            Order::Restart { index } => Some(Ticket::Restart(*index)),
             Order::Task { id, .. } => Some(Ticket::Task(*id)),
             Order::Fault { id, .. } => Some(Ticket::Fault(*id)),
             Order::Cancel { id, .. } => Some(Ticket::Cancel(*id)),

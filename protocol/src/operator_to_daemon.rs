@@ -36,6 +36,11 @@ pub enum Request {
         /// Name of the robot.
         robot: String,
     },
+    /// A robot is to get a new process, whatever has become of the one that it had.
+    Restart {
+        /// Name of the robot.
+        robot: String,
+    },
 }
 
 /// Goals for robots.
@@ -133,12 +138,18 @@ pub struct NewRobot {
 pub enum Reply {
     /// To [`Request::Status`].
     Status(Status),
-    /// The world has a place for the robot, and lets it in as soon as its process is ready.
-    Added {
+    /// To [`Request::Add`] and [`Request::Restart`]: the robot takes part, hears all its neighbours, and is heard by them.
+    Joined {
         /// Its name.
         robot: String,
         /// Its index.
         index: RobotIndex,
+        /// Its incarnation.
+        incarnation: u32,
+        /// Since the daemon took the request, ms.
+        joined_ms: f64,
+        /// The number of neighbours that it hears.
+        neighbors: u32,
     },
     /// The robots have the goals, but for those tasks of several that are refused.
     Tasked(Vec<TaskRecord>),
@@ -215,8 +226,10 @@ pub struct RobotStatus {
     /// Its index.
     #[serde(rename = "slot")]
     pub index: RobotIndex,
-    /// Its incarnation.
+    /// Its incarnation: how many lives its slot had before.
     pub incarnation: u32,
+    /// How often this robot was restarted: as its incarnation, if no robot that has left had its slot.
+    pub restarts: u32,
     /// Its process, if it has one.
     pub pid: Option<u32>,
     /// Where it is.

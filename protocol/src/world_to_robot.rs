@@ -115,36 +115,44 @@ impl Impairment {
     }
 }
 
-/// The robots in radio range, in their order.
+/// The robots in radio range, in their order, and after them those that will be heard as soon as they have spoken: their
+/// boards can be opened before.
 #[derive(Clone, Copy, Debug, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.NeighborList.v1")]
+#[type_name("shoal.NeighborList.v2")]
 pub struct NeighborList {
-    /// How many.
+    /// How many are heard.
     pub len: u32,
-    /// Keeps the layout explicit.
-    pub reserved: u32,
-    /// The first `len` count.
+    /// How many come after those.
+    pub coming: u32,
+    /// The first `len` and `coming` count.
     pub entries: [NeighborRef; MAX_ROBOTS],
 }
 
 impl NeighborList {
     /// Nobody.
     pub const EMPTY: NeighborList =
-        NeighborList { len: 0, reserved: 0, entries: [NeighborRef { index: 0, incarnation: 0 }; MAX_ROBOTS] };
+        NeighborList { len: 0, coming: 0, entries: [NeighborRef { index: 0, incarnation: 0 }; MAX_ROBOTS] };
 
-    /// Makes it these. What is behind them stays what it was: it does not count, and it is kilobytes.
+    /// Makes it these, and those that come. What is behind them stays what it was: it does not count, and it is kilobytes.
     ///
     /// # Panics
-    /// With more than [`MAX_ROBOTS`].
-    pub fn set(&mut self, robots: &[NeighborRef]) {
+    /// With more than [`MAX_ROBOTS`] together.
+    pub fn set(&mut self, robots: &[NeighborRef], coming: &[NeighborRef]) {
         self.entries[..robots.len()].copy_from_slice(robots);
-        self.len = robots.len() as u32;
+        self.entries[robots.len()..robots.len() + coming.len()].copy_from_slice(coming);
+        (self.len, self.coming) = (robots.len() as u32, coming.len() as u32);
     }
 
-    /// The robots in it.
+    /// The robots that are heard.
     pub fn as_slice(&self) -> &[NeighborRef] {
         &self.entries[..(self.len as usize).min(MAX_ROBOTS)]
+    }
+
+    /// The robots that will be heard.
+    pub fn coming(&self) -> &[NeighborRef] {
+        let rest = &self.entries[(self.len as usize).min(MAX_ROBOTS)..];
+        &rest[..(self.coming as usize).min(rest.len())]
     }
 }
 

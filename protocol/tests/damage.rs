@@ -82,6 +82,7 @@ fn kinds() -> Vec<Kind> {
     let mut orders = vec![
         Order::Admit { instance, robot: robot() },
         Order::Remove { index: RobotIndex(3) },
+        Order::Restart { index: RobotIndex(3) },
         Order::Task {
             id: TaskId(1),
             index: RobotIndex(3),
@@ -121,11 +122,12 @@ fn kinds() -> Vec<Kind> {
             Request::Cancel(text()),
             Request::Stop,
             Request::Remove { robot: text() },
+            Request::Restart { robot: text() },
             Request::Inject { robot: text(), fault: Fault::Drop { share: 0.5 }, for_s: Some(1.5) },
         ]),
         kind(&[
             Reply::Status(status),
-            Reply::Added { robot: text(), index: RobotIndex(3) },
+            Reply::Joined { robot: text(), index: RobotIndex(3), incarnation: 1, joined_ms: 51.5, neighbors: 14 },
             Reply::Tasked(vec![record.clone()]),
             Reply::Tasks(vec![record]),
             Reply::Removed { robot: text() },

@@ -207,7 +207,7 @@ pub fn unmet(scenario: &Scenario, events: &[Event], report: &Report) -> Vec<Stri
 /// Robots whose process ended while they were in the world: which, when, and when they were back.
 fn absences(report: &Report) -> impl Iterator<Item = (&str, f64, Option<f64>)> {
     report.events.iter().enumerate().filter_map(|(place, event)| {
-        let ended = matches!(event.kind, EventName::Killed | EventName::Died);
+        let ended = matches!(event.kind, EventName::Killed | EventName::Died | EventName::Replaced);
         let robot = event.robot.as_deref().filter(|_| ended)?;
         let mut later = report.events[place + 1..].iter().filter(|later| later.robot.as_deref() == Some(robot));
         let back = later.find(|later| matches!(later.kind, EventName::Restarted | EventName::Joined));

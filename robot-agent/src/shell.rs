@@ -26,6 +26,8 @@ const PATIENCE: Duration = Duration::from_millis(500);
 const OPENING_SHARE: u64 = 8;
 /// How often a robot that hears nothing of a world looks whether its fleet is still looked after, ns.
 const ORPHAN_LOOK_NS: u64 = 1_000_000_000;
+/// As much of its first period in the world.
+const FIRST_OPENING_SHARE: u64 = 2;
 /// Boards of robots that went out of range are kept open until there are this many of them: ranges are crossed back
 /// and forth, and an open costs a hundred microseconds.
 const SPARE_BOARDS: usize = 16;
@@ -140,6 +142,7 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut Adjust<'_>) -> Resul
         let custody = left_running.then(|| Custody::of(&address));
         Ports::open(&address, gate, args.instance, sizes, poses, custody)?
     };
+    ports.prepare(&agent.spec().foreseen);
     ports.gate.announce_ready(args.instance);
     let ended = match agent.spec().clock.mode {
         Mode::Realtime => realtime(agent, &mut ports, &watch, adjust),
@@ -189,6 +192,7 @@ fn lockstep(
         }
         step(&mut agent, ports, &odometry, Time::Ticks, stopwatch, adjust)?;
         ports.gate.answer(instance, tick);
+        ports.open_coming(Duration::MAX);
         if measured {
             ports.stats.record(Metric::Wake, woken_ns.saturating_sub(opened_ns));
             record_ages(&agent, ports, stopwatch.begun_ns.load(Relaxed));
@@ -256,7 +260,11 @@ fn realtime(
         let is_fresh = woken_ns.saturating_sub(odometry.stamp_ns) <= odometry_age_ns_max;
         match duty(instance, &odometry, is_fresh) {
             Duty::Plan => {
-                expected = true;
+                if !std::mem::replace(&mut expected, true) {
+                    // What it does not hear from its first period on it does not know: that is worth a part of it.
+                    ports.follow_list();
+                    ports.open_missing(Duration::from_nanos(period_ns / FIRST_OPENING_SHARE))?;
+                }
                 step(&mut agent, ports, &odometry, Time::Stamps { now_ns: woken_ns }, stopwatch, adjust)?;
                 work_ns = stopwatch.plan_ns();
                 // After the last tick nobody has anything new to say: what was said last only gets older.
@@ -286,6 +294,7 @@ fn realtime(
             watch.judge(&mut ports.stats, period);
         }
         ports.open_missing(opening)?;
+        ports.open_coming(opening);
         // The next period is the first one that has not gone by completely: it begins late, those before never.
         due_ns += period_ns * period.missed().max(1);
     }
@@ -316,7 +325,7 @@ fn step(
         (outputs, pose.stamp_ns)
     });
     ports.robot.command(|command| outputs.command(odometry, stamp_ns, command));
-    ports.gate.note_heard(agent.spec().instance, ports.heard.len());
+    ports.gate.note_heard(agent.spec().instance, ports.world.neighbors_version(), ports.heard.len());
     Ok(())
 }
 
@@ -341,6 +350,8 @@ struct Ports {
     stats: StatsWriter,
     /// The robots in range, as the world last listed them.
     in_range: Vec<NeighborRef>,
+    /// The robots that it will list as soon as they have spoken.
+    coming: Vec<NeighborRef>,
     /// What the radio and faults do to this robot, as the world last said.
     impairment: Impairment,
     /// Open boards, sorted by slot; more than those in range.
@@ -379,6 +390,7 @@ impl Ports {
                 Strips::of_agent(sizes.max_robots),
             )?,
             in_range: Vec::new(),
+            coming: Vec::new(),
             impairment: Impairment::default(),
             boards: Vec::new(),
             heard: Vec::new(),
@@ -431,7 +443,7 @@ impl Ports {
 
     /// Takes over who is in range and how well they are heard, if the world has written it again.
     fn follow_list(&mut self) {
-        if self.world.neighbors(&mut self.in_range) {
+        if self.world.neighbors(&mut self.in_range, &mut self.coming) {
             self.impairment = self.world.impairment();
         }
     }
@@ -454,6 +466,31 @@ impl Ports {
         Ok(())
     }
 
+    /// Opens the boards of robots that come, until this much time has gone by, but at least one. One that cannot be opened now
+    /// is opened when its robot is heard.
+    fn open_coming(&mut self, time: Duration) {
+        if self.coming.is_empty() {
+            return;
+        }
+        let begun_ns = clock::now_ns();
+        for place in 0..self.coming.len() {
+            let who = self.coming[place];
+            if self.board_of(who).is_none()
+                && matches!(self.open_board(who), Ok(Some(_)))
+                && u128::from(clock::now_ns() - begun_ns) >= time.as_nanos()
+            {
+                break;
+            }
+        }
+    }
+
+    /// Opens the boards of those whom it will probably hear first, before it is ready.
+    fn prepare(&mut self, foreseen: &[RobotInstance]) {
+        self.coming.extend(foreseen.iter().map(|instance| NeighborRef::from(*instance)));
+        self.open_coming(Duration::MAX);
+        self.coming.clear();
+    }
+
     /// Where among the open boards that of this robot is.
     fn board_of(&self, who: NeighborRef) -> Option<usize> {
         let found = self.boards.binary_search_by_key(&who.index, |(open, _)| open.index);
@@ -465,7 +502,7 @@ impl Ports {
     /// them, or what they take is needed.
     fn open_board(&mut self, who: NeighborRef) -> Result<Option<usize>, ShellError> {
         self.boards.retain(|(open, _)| open.index != who.index);
-        if self.boards.len() >= self.in_range.len() + SPARE_BOARDS {
+        if self.boards.len() >= self.in_range.len() + self.coming.len() + SPARE_BOARDS {
             self.close_spare();
         }
         let instance = RobotInstance::from(who);
@@ -486,8 +523,8 @@ impl Ports {
 
     /// Closes the boards of robots that are not in range; whether there were any.
     fn close_spare(&mut self) -> bool {
-        let (in_range, before) = (&self.in_range, self.boards.len());
-        self.boards.retain(|(open, _)| in_range.contains(open));
+        let (in_range, coming, before) = (&self.in_range, &self.coming, self.boards.len());
+        self.boards.retain(|(open, _)| in_range.contains(open) || coming.contains(open));
         self.boards.len() < before
     }
 

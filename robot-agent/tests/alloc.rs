@@ -81,7 +81,7 @@ fn check(planner: &str) {
 
     let near: Vec<NeighborRef> = (1..=NEIGHBORS).map(|index| NeighborRef { index, incarnation: 0 }).collect();
     let pieces: Vec<u16> = (0..PIECES).collect();
-    world.neighbors(RobotIndex(0), &near);
+    world.neighbors(RobotIndex(0), &near, &[]);
     world.sensed(RobotIndex(0), &pieces);
     let mut tick = |tick: u64| {
         let x_m = tick as f64 * 0.01;

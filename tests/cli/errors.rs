@@ -234,6 +234,7 @@ const BAD_LINES: &[(&str, &[&str])] = &[
     ("task wait", &["<TASK>"]),
     ("top", &["`shoal top`", "not built", "shoal ps"]),
     ("remove", &["<ROBOT>"]),
+    ("restart", &["<ROBOT>"]),
     ("inject kil a", &["unknown verb `inject kil`", "did you mean `kill`"]),
     ("bench loop --robots 0", &["--robots", "sizes from 1 to 1023"]),
     ("bench plan", &["unknown verb `bench plan`", "did you mean `planners`"]),

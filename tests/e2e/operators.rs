@@ -51,6 +51,11 @@ fn operators_see_a_fleet_add_to_it_and_send_it_on() {
     // One more robot.
     let added = json(&["add", "--id", "c", "--start", "0,-2", "--goal", "1,-2"]);
     assert_eq!((&added["robot"], &added["slot"]), (&"c".into(), &2.into()), "{added:#}");
+    assert!(added["joined_ms"].as_f64().is_some_and(|ms| ms > 1.0), "{added:#}");
+    // It takes part, and hears the others, who hear it, when the command returns.
+    let gate = fleet.gate();
+    let hears = |slot, incarnation| gate.heard(RobotInstance { index: RobotIndex(slot), incarnation });
+    assert_eq!((&added["neighbors"], hears(2, 0), hears(0, 0), hears(1, 0)), (&2.into(), 2, 2, 2), "{added:#}");
     let pid = fleet.agent(2);
     assert_eq!(robot("c")["pid"], pid);
     wait_for("c to arrive", || (robot("c")["arrived"] == true).then_some(()));
@@ -64,17 +69,32 @@ fn operators_see_a_fleet_add_to_it_and_send_it_on() {
         wait_for("the task to be done", || (robot(id)["goals_done"] == 2).then_some(()));
     }
 
+    // A new process takes over, also from one that is dead for good; the others go on.
+    let before = [fleet.agent(0), fleet.agent(2)];
+    let restarted = json(&["restart", "c"]);
+    assert_eq!((&restarted["incarnation"], &restarted["neighbors"]), (&1.into(), &2.into()), "{restarted:#}");
+    assert!(is_gone(before[1]) && fleet.agent(0) == before[0]);
+    assert_eq!(robot("c")["restarts"], 1);
+    signal(robot("c")["pid"].as_u64().unwrap() as u32, Signal::KILL);
+    wait_for("c to be dead", || (robot("c")["state"] == "dead").then_some(()));
+    let restarted = json(&["restart", "c"]);
+    assert_eq!((&restarted["incarnation"], hears(0, 0)), (&2.into(), 2), "{restarted:#}");
+    let pid = robot("c")["pid"].as_u64().unwrap() as u32;
+    ask(&["restart", "nobody"]).expect_failure(2, &["unknown robot `nobody`"]);
+
     // It leaves, and its process ends by itself; then there is room for another one of its name.
     ask(&["remove", "nobody"]).expect_failure(2, &["unknown robot `nobody`"]);
     assert_eq!(json(&["remove", "c"])["robot"], "c");
     assert_eq!(robot("c")["state"], "left");
     ask(&["remove", "c"]).expect_failure(2, &["robot `c` has left already"]);
+    ask(&["restart", "c"]).expect_failure(2, &["robot `c` has left", "add --id"]);
     ask(&["task", "send", "c", "0,-2"]).expect_failure(2, &["robot `c` has left"]);
     wait_for("the process of c to end", || is_gone(pid).then_some(()));
     add("d", "0,-3", "1,-3").expect_failure(2, &["names of robots that have left can be used again: c"]);
     let again = json(&["add", "--id", "c", "--start", "0,-3", "--goal", "1,-3"]);
     assert_eq!((&again["robot"], &again["slot"]), (&"c".into(), &2.into()), "{again:#}");
     wait_for("c to arrive again", || (robot("c")["arrived"] == true).then_some(()));
+    assert_eq!((&robot("c")["incarnation"], &robot("c")["restarts"]), (&3.into(), &0.into()));
     let pid = robot("c")["pid"].clone();
     json(&["task", "send", "c", "0,-3"]);
     wait_for("its task to be done", || (robot("c")["goals_done"] == 2).then_some(()));
@@ -84,7 +104,7 @@ fn operators_see_a_fleet_add_to_it_and_send_it_on() {
     assert_eq!(ended.report["robots"], 3, "{ended}");
     assert_eq!((ended.robot("a")["tasks_done"].as_u64(), ended.robot("c")["tasks_done"].as_u64()), (Some(1), Some(1)));
     assert!(ended.arrived("c") && ended.robot("c")["pid"] == pid, "{ended}");
-    assert_eq!(ended.robot("c")["incarnation"], 1, "{ended}");
+    assert_eq!(ended.robot("c")["incarnation"], 3, "{ended}");
     ended.event("left", "c");
     ended.event("joined", "c");
     ended.event("task", "a");

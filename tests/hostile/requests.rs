@@ -100,6 +100,7 @@ fn sensible() -> Vec<Request> {
         Request::Cancel("order-17".to_owned()),
         Request::Stop,
         Request::Remove { robot: robot() },
+        Request::Restart { robot: robot() },
     ];
     let faults = [
         (Fault::Kill, None),
@@ -116,7 +117,8 @@ fn sensible() -> Vec<Request> {
         // A request that comes gets a row above.
         match request {
             Request::Status | Request::Add(_) | Request::Task(_) | Request::Inject { .. } => {}
-            Request::Tasks(_) | Request::Cancel(_) | Request::Stop | Request::Remove { .. } => {}
+            Request::Tasks(_) | Request::Cancel(_) | Request::Stop => {}
+            Request::Remove { .. } | Request::Restart { .. } => {}
         }
     }
     requests
@@ -188,6 +190,7 @@ fn hostile(random: &mut Random) -> Request {
         }),
         3 if maybe(random) => Request::Cancel(name(random)),
         3 if maybe(random) => Request::Remove { robot: name(random) },
+        3 if maybe(random) => Request::Restart { robot: name(random) },
         3 => Request::Tasks(TaskFilter {
             which: (0..random.below(3)).map(|_| name(random)).collect(),
             robot: maybe(random).then(|| name(random)),
@@ -346,7 +349,11 @@ impl Fleet {
                 self.coordinator.notice(notice);
             }
             self.act();
-            if self.coordinator.unanswered() == 0 {
+            for (newcomer, _) in self.coordinator.newcomers() {
+                self.coordinator.joined(newcomer, 1, Duration::ZERO);
+            }
+            self.act();
+            if self.coordinator.unanswered() == 0 && self.asked.is_empty() {
                 break;
             }
         }
@@ -388,7 +395,7 @@ fn makes_sense(request: &Request) -> bool {
     match request {
         Request::Status | Request::Tasks(_) | Request::Stop => false,
         Request::Cancel(name) => is_key(name),
-        Request::Remove { robot } => robot.is_ascii(),
+        Request::Remove { robot } | Request::Restart { robot } => robot.is_ascii(),
         Request::Add(NewRobot { id, start_m, start_yaw_rad, goal_m, goal_yaw_rad, .. }) => {
             let is_name = |id: &String| {
                 let letters = "abcdefghijklmnopqrstuvwxyz0123456789_-";
@@ -478,7 +485,14 @@ fn what_was_found_once_stays_harmless() {
 fn sensible_requests_are_handed_on() {
     // The others are answered at once, or are about what is not there yet.
     let is_handed_on = |request: &&Request| {
-        matches!(request, Request::Add(_) | Request::Remove { .. } | Request::Task(_) | Request::Inject { .. })
+        matches!(
+            request,
+            Request::Add(_)
+                | Request::Remove { .. }
+                | Request::Restart { .. }
+                | Request::Task(_)
+                | Request::Inject { .. }
+        )
     };
     for request in sensible().iter().filter(is_handed_on) {
         let mut fleet = Fleet::new(&scenario());

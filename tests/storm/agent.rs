@@ -62,6 +62,8 @@ pub(crate) struct AgentProcess {
     due_ns: u64,
     saying: Option<(Saying, SharedPose, AgentOutputs, Odometry)>,
     heard: Vec<(NeighborRef, SharedPose)>,
+    /// Of which list of neighbours they are.
+    version: u32,
     pieces: Vec<Piece>,
 }
 
@@ -77,6 +79,7 @@ impl AgentProcess {
             due_ns: 0,
             saying: None,
             heard: Vec::new(),
+            version: 0,
             pieces: Vec::new(),
         }
     }
@@ -169,6 +172,7 @@ impl AgentProcess {
     fn plan(&mut self, shared: &mut Shared, odometry: Odometry) -> Next {
         let (memory, slot) = (&shared.memory, self.instance.index.at());
         let before = if self.mode == Mode::Realtime { u64::MAX } else { odometry.tick };
+        self.version = memory.versions[slot];
         self.heard.clear();
         self.heard.extend(memory.neighbors[slot].iter().filter_map(|who| {
             let instance = RobotInstance::from(*who);
@@ -207,6 +211,7 @@ impl AgentProcess {
                     *saying = Saying::Answer;
                 }
                 Saying::Answer => {
+                    slot.heard = Some((self.instance, self.version, self.heard.len()));
                     match self.mode {
                         Mode::Realtime => slot.signs += 1,
                         _ => slot.answer = Some((self.instance, odometry.tick)),

@@ -308,7 +308,7 @@ pub(crate) fn tasks_survive(fleet: &mut Fleet) {
 }
 
 /// What happened to the robot that has a slot now, or had it last; not what happened to robots that had it before.
-fn of_this_robot(world: &World, slot: usize) -> Vec<&Event> {
+pub(crate) fn of_this_robot(world: &World, slot: usize) -> Vec<&Event> {
     let events: Vec<&Event> = world.events().iter().filter(|event| event.robot == Some(RobotIndex::of(slot))).collect();
     let mut robots: Vec<Vec<&Event>> = vec![Vec::new()];
     for event in events {

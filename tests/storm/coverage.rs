@@ -69,6 +69,8 @@ coverage! {
     tasks_asked: "tasks asked for",
     robots_asked: "robots asked for",
     names_again: "of those, with the name of one that had left",
+    restarts_asked: "restarts asked for",
+    restarts_acknowledged: "robots restarted for an operator",
     removals: "removals asked for",
     removals_acknowledged: "robots removed",
     tasks_cancelled: "tasks that an operator cancelled",

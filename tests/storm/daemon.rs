@@ -8,6 +8,7 @@ use crate::operators::Operators;
 use crate::shared::Shared;
 use bus::queue::OrderQueue;
 use daemon::coordinator::{Action, Answer, CONFIRM_WITHIN, Coordinator, Robots};
+use daemon::hearing::mutual;
 use daemon::processes::Change;
 use model::{RobotInstance, Scenario, TaskId};
 use protocol::codec;
@@ -19,6 +20,9 @@ use std::time::Duration;
 
 /// How often it looks at the clock while nothing happens, ns.
 const HEARTBEAT_NS: u64 = 100 * MS;
+
+/// The same while an operator waits for a robot to join, ns.
+const JOINING_BEAT_NS: u64 = 5 * MS;
 
 /// An operator waits no longer: what the coordinator grants the world, and a heartbeat or two.
 const PATIENCE_NS: u64 = CONFIRM_WITHIN.as_nanos() as u64 + 3 * HEARTBEAT_NS;
@@ -119,7 +123,8 @@ impl Daemon {
     }
 
     pub(crate) fn turn(&mut self, kernel: &mut Kernel, operators: &mut Operators, shared: &mut Shared) {
-        self.wake = shared.now + HEARTBEAT_NS;
+        let beat_ns = if self.coordinator.awaits_newcomers() { JOINING_BEAT_NS } else { HEARTBEAT_NS };
+        self.wake = shared.now + beat_ns;
         let passed_ns = shared.now - std::mem::replace(&mut self.turned_at, shared.now);
         shared.daemon_awake_ns += if passed_ns > AWAY_NS { 0 } else { passed_ns };
         for _ in 0..std::mem::take(&mut self.interrupts) {
@@ -131,6 +136,7 @@ impl Daemon {
         if shared.world_ended {
             return self.finish(kernel, operators, shared);
         }
+        self.look_at_newcomers(shared);
         self.serve(operators, shared);
         self.flush(shared);
         let memory = &shared.memory;
@@ -161,6 +167,17 @@ impl Daemon {
             self.coordinator.notice(notice);
         }
         self.coordinator.missed(shared.missed);
+    }
+
+    fn look_at_newcomers(&mut self, shared: &Shared) {
+        let memory = &shared.memory;
+        for (newcomer, entered) in self.coordinator.newcomers() {
+            let others = self.coordinator.members().iter().map(|member| member.instance.index);
+            let told = &|index| memory.told(index);
+            if let Some(neighbors) = mutual(newcomer, entered, others, told, &|who, of| memory.heard_of(who, of)) {
+                self.coordinator.joined(newcomer, neighbors, Duration::from_nanos(shared.now));
+            }
+        }
     }
 
     fn serve(&mut self, operators: &mut Operators, shared: &Shared) {

@@ -116,6 +116,7 @@ impl Fleet {
         coverage.tasks_acknowledged = answers.tasks;
         coverage.tasks_cancelled = answers.cancelled;
         coverage.robots_acknowledged = answers.robots;
+        coverage.restarts_acknowledged = answers.restarted;
         coverage.removals_acknowledged = answers.removed;
         coverage.faults_acknowledged = answers.faults;
         coverage.refused = answers.refused;

@@ -26,6 +26,7 @@ pub(crate) struct Answers {
     pub(crate) cancelled: u64,
     pub(crate) robots: u64,
     pub(crate) removed: u64,
+    pub(crate) restarted: u64,
     pub(crate) faults: u64,
     pub(crate) refused: u64,
     pub(crate) unconfirmed: u64,
@@ -66,11 +67,22 @@ impl Operators {
                         answers.tasks += 1;
                     }
                 }
-                (Reply::Added { robot, index: RobotIndex(slot) }, _) => {
-                    let there = world.robot(*slot as usize).map(|robot| robot.id.as_str());
+                (Reply::Joined { robot, index, incarnation, .. }, _) => {
+                    let there = world.robot(index.at()).map(|robot| robot.id.as_str());
                     assert!(there == Some(robot.as_str()) || went_back, "robot {robot} was added");
-                    assert_eq!(coordinator.name(RobotIndex(*slot)), robot, "the coordinator knows it as well");
-                    answers.robots += 1;
+                    assert_eq!(coordinator.name(*index), robot, "the coordinator knows it as well");
+                    let entered = |event: &Event| match event.kind {
+                        EventKind::Joined { incarnation: of } | EventKind::Restarted { incarnation: of } => {
+                            of == *incarnation && event.robot == Some(*index)
+                        }
+                        _ => false,
+                    };
+                    let entered = world.events().iter().filter(|event| entered(event)).count();
+                    assert!(entered == 1 || !is_whole, "robot {robot} entered as {incarnation} {entered} times");
+                    match ticket {
+                        Some(Ticket::Restart(_)) => answers.restarted += 1,
+                        _ => answers.robots += 1,
+                    }
                 }
                 (Reply::Removed { robot }, Some(Ticket::Remove(RobotIndex(slot)))) => {
                     let left =
@@ -98,7 +110,7 @@ impl Operators {
                             assert!(!is_there, "{index} {incarnation} was refused: {problem}");
                         }
                         // The task may have been done, or dropped, before.
-                        Some(Ticket::Cancel(_) | Ticket::Fault(_) | Ticket::Remove(_)) | None => {}
+                        Some(Ticket::Cancel(_) | Ticket::Fault(_) | Ticket::Remove(_) | Ticket::Restart(_)) | None => {}
                     }
                 }
                 (Reply::Tasks(records), Some(Ticket::Cancel(id))) => {

@@ -4,8 +4,9 @@ use crate::coverage::Coverage;
 use crate::dice::{Dice, MS};
 use crate::ring::Ring;
 use crate::succession::Estate;
+use bus::ToldNeighbors;
 use daemon::coordinator::Missed;
-use model::RobotInstance;
+use model::{RobotIndex, RobotInstance};
 use protocol::robot_to_robot::PosePair;
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{Impairment, NeighborRef, Odometry, Piece};
@@ -27,6 +28,8 @@ pub(crate) struct Slot {
     pub(crate) met: Option<u32>,
     pub(crate) answer: Option<(RobotInstance, u64)>,
     pub(crate) signs: u64,
+    /// Who said last how many neighbours it heard, and of which list.
+    pub(crate) heard: Option<(RobotInstance, u32, usize)>,
 }
 
 /// The boards and the gate. The writer of every part is the process that has it in reality.
@@ -40,6 +43,8 @@ pub(crate) struct Memory {
     pub(crate) slots: Vec<Slot>,
     pub(crate) odometry: Vec<Odometry>,
     pub(crate) neighbors: Vec<Vec<NeighborRef>>,
+    /// By slot, how often its neighbours were written.
+    pub(crate) versions: Vec<u32>,
     pub(crate) impairments: Vec<Impairment>,
     pub(crate) sensed: Vec<Vec<u16>>,
     pub(crate) pieces: Vec<Piece>,
@@ -58,6 +63,18 @@ impl Memory {
 
     pub(crate) fn answered(&self, instance: RobotInstance, tick: u64) -> bool {
         self.slots[instance.index.at()].answer == Some((instance, tick))
+    }
+
+    /// What the world told a robot last of itself and of its neighbours.
+    pub(crate) fn told(&self, index: RobotIndex) -> Option<ToldNeighbors> {
+        let slot = index.at();
+        let (odometry, neighbors) = (self.odometry[slot], self.neighbors[slot].clone());
+        Some(ToldNeighbors { odometry, neighbors, version: self.versions[slot] })
+    }
+
+    pub(crate) fn heard_of(&self, instance: RobotInstance, version: u32) -> Option<usize> {
+        let (who, of, heard) = self.slots[instance.index.at()].heard?;
+        (who == instance && of == version).then_some(heard)
     }
 
     pub(crate) fn signs(&self, instance: RobotInstance) -> u64 {
@@ -104,6 +121,7 @@ impl Shared {
             slots: vec![Slot::default(); slots],
             odometry: vec![Odometry::default(); slots],
             neighbors: vec![Vec::new(); slots],
+            versions: vec![0; slots],
             impairments: vec![Impairment::default(); slots],
             sensed: vec![Vec::new(); slots],
             ..Memory::default()

@@ -90,9 +90,18 @@ impl Fleet {
                 let slot = self.shared.dice.below(self.daemon.coordinator.members().len()) as u32;
                 if self.shared.dice.permille(400) {
                     let robot = self.daemon.coordinator.name(RobotIndex(slot)).to_owned();
-                    self.operators.ask(Request::Remove { robot });
+                    // As often a robot gets a new process.
+                    let request = match self.shared.dice.permille(500) {
+                        true => Request::Remove { robot },
+                        false => Request::Restart { robot },
+                    };
+                    let coverage = &mut self.shared.coverage;
+                    match request {
+                        Request::Remove { .. } => coverage.removals += 1,
+                        _ => coverage.restarts_asked += 1,
+                    }
+                    self.operators.ask(request);
                     self.shared.calls.daemon = true;
-                    self.shared.coverage.removals += 1;
                 }
             }
         }

@@ -279,6 +279,7 @@ impl WorldProcess {
         }
         for slot in opening.neighbors {
             memory.neighbors[*slot] = world.neighbors(*slot).to_vec();
+            memory.versions[*slot] += 1;
         }
         for slot in opening.impairments {
             memory.impairments[*slot] = world.impairment(*slot);

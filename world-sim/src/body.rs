@@ -28,6 +28,8 @@ pub(crate) struct Body {
     pub(crate) takes_part: bool,
     /// Others hear it in this tick.
     pub(crate) on_radio: bool,
+    /// It has just entered, and others will hear it from the next tick on.
+    pub(crate) speaks_first: bool,
 }
 
 impl Body {
@@ -49,6 +51,7 @@ impl Body {
             in_world: false,
             takes_part: false,
             on_radio: false,
+            speaks_first: false,
         }
     }
 
@@ -98,6 +101,7 @@ pub(crate) mod testing {
             in_world: true,
             takes_part: true,
             on_radio: true,
+            speaks_first: false,
         }
     }
 }

@@ -208,6 +208,32 @@ impl Presence {
         Ok(())
     }
 
+    /// A new life takes its place, whatever has become of it. Its policy does not count this as a restart.
+    pub(crate) fn restart(&mut self, tick: u64, journal: &mut Journal) -> Result<(), String> {
+        let waits = matches!(self.state, State::Awaited { .. } | State::Dead { returns: Some(_) });
+        if self.is_absent() || self.joined.is_none() && waits && !self.told {
+            return Err(self.in_words());
+        }
+        if self.has_process() {
+            journal.tell(Notice::Kill { instance: self.instance() });
+        }
+        // A life that nobody has been asked for yet is the next one.
+        self.incarnation += u32::from(!waits || self.told);
+        self.told = false;
+        let (at, before) = (tick.saturating_add(1), self.entry().unwrap_or(0));
+        self.state = match self.joined {
+            Some(_) => State::Dead { returns: Some(at) },
+            None => State::Awaited { at: at.max(before) },
+        };
+        journal.note(tick, self.index, EventKind::Replaced { incarnation: self.incarnation });
+        Ok(())
+    }
+
+    /// Whether the slot has no robot: none yet, or one that has left.
+    fn is_absent(&self) -> bool {
+        matches!(self.state, State::Vacant | State::Left)
+    }
+
     /// Its process is stopped on purpose, until a tick or until it is resumed.
     pub(crate) fn pause(
         &mut self,

@@ -20,6 +20,10 @@ use protocol::world_to_robot::NeighborRef;
 #[derive(Default)]
 pub(crate) struct Ranges {
     heard: Lists<NeighborRef>,
+    /// Those that will be heard as soon as they have spoken, which they do for the first time in this tick.
+    coming: Lists<NeighborRef>,
+    /// Slots whose list of heard or of coming robots is not what it was.
+    hearing_changed: Vec<usize>,
     sensed: Lists<u16>,
     /// Per receiver, how far its list of the tick before has been looked through.
     cursors: Vec<usize>,
@@ -97,14 +101,19 @@ impl Ranges {
         self.heard.now = heard;
     }
 
+    /// The robots that this one will hear from the next tick on, sorted by slot.
+    pub(crate) fn coming(&self, slot: usize) -> &[NeighborRef] {
+        self.coming.now.get(slot).map_or(&[], |list| list)
+    }
+
     /// Whether anybody sees the body of this slot, the links of an arm apart.
     pub(crate) fn is_shown(&self, slot: usize) -> bool {
         self.shown.get(slot).is_some_and(|shown| *shown)
     }
 
-    /// Slots whose list of heard robots changed in the last update, sorted.
+    /// Slots whose list of heard robots, or of those that come, changed in the last update, sorted.
     pub(crate) fn heard_changed(&self) -> &[usize] {
-        &self.heard.changed
+        if self.coming.changed.is_empty() { &self.heard.changed } else { &self.hearing_changed }
     }
 
     /// Slots whose list of seen pieces changed in the last update, sorted.
@@ -115,6 +124,7 @@ impl Ranges {
     /// Both lists of everyone that takes part, for the bodies in the grid; all others hear and see nothing.
     pub(crate) fn update(&mut self, bodies: &[Body], arms: &[Arm], shapes: &Shapes, grid: &Grid) {
         self.heard.begin(bodies.len());
+        self.coming.begin(bodies.len());
         self.sensed.begin(bodies.len());
         self.cursors.clear();
         self.cursors.resize(bodies.len(), 0);
@@ -135,6 +145,8 @@ impl Ranges {
         for sender in bodies {
             if sender.on_radio {
                 self.send(sender, grid, radio_max);
+            } else if sender.speaks_first {
+                self.herald(sender, grid, radio_max);
             }
             let arm = arms.next_if(|arm| arm.slot == sender.instance.index.at());
             match arm {
@@ -151,7 +163,26 @@ impl Ranges {
             piece += if arm.is_some() { 2 } else { 1 };
         }
         self.heard.finish();
+        self.coming.finish();
         self.sensed.finish();
+        if !self.coming.changed.is_empty() {
+            self.hearing_changed.clear();
+            self.hearing_changed.extend(self.heard.changed.iter().chain(&self.coming.changed));
+            self.hearing_changed.sort_unstable();
+            self.hearing_changed.dedup();
+        }
+    }
+
+    /// Puts a robot that speaks for the first time on the lists of those that will hear it.
+    fn herald(&mut self, sender: &Body, grid: &Grid, radio_max: f64) {
+        let here = sender.pose.position;
+        grid.visit(Aabb::around([here]).grown(radio_max), |item| {
+            let slot = item.robot.at();
+            let distance = (item.position - here).norm();
+            if distance <= self.receivers[slot].radio && item.robot != sender.instance.index {
+                self.coming.now[slot].push(NeighborRef::from(sender.instance));
+            }
+        });
     }
 
     /// Puts a sender on the lists of those in radio range.

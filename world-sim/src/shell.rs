@@ -306,7 +306,7 @@ impl Shell {
             board.piece(*index as u32, |piece| world.tell_piece(*index, piece));
         }
         for slot in opening.neighbors {
-            board.neighbors(RobotIndex::of(*slot), world.neighbors(*slot));
+            board.neighbors(RobotIndex::of(*slot), world.neighbors(*slot), world.coming(*slot));
         }
         for slot in opening.impairments {
             board.impairment(RobotIndex::of(*slot), world.impairment(*slot));
@@ -368,7 +368,7 @@ impl Shell {
             neighbors.retain(|who| self.gate.is_ready((*who).into()));
         }
         for (slot, neighbors) in &foreseen {
-            self.board.neighbors(RobotIndex::of(*slot), neighbors);
+            self.board.neighbors(RobotIndex::of(*slot), neighbors, &[]);
         }
         self.gate.call_meeting();
         for instance in self.world.due().to_vec() {
@@ -382,7 +382,7 @@ impl Shell {
             self.take_orders();
         }
         for (slot, _) in foreseen {
-            self.board.neighbors(RobotIndex::of(slot), &[]);
+            self.board.neighbors(RobotIndex::of(slot), &[], &[]);
         }
     }
 

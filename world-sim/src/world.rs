@@ -319,6 +319,10 @@ impl World {
                     let left = self.leave(index.at());
                     self.answer(order.ticket(), left);
                 }
+                Order::Restart { index } => {
+                    let restarted = self.restart(index);
+                    self.answer(order.ticket(), restarted);
+                }
                 Order::Task { id, index, task } => {
                     // A daemon that does not know whether the world has it sends it again.
                     let taken =
@@ -390,6 +394,18 @@ impl World {
         Err(why)
     }
 
+    fn restart(&mut self, index: RobotIndex) -> Result<(), String> {
+        let restarted = match self.presences.get_mut(index.at()) {
+            Some(presence) => presence.restart(self.tick, &mut self.journal),
+            None => Err(UNKNOWN.to_owned()),
+        };
+        if let Err(why) = &restarted {
+            let (order, why) = ("restart".to_owned(), why.clone());
+            self.journal.note(self.tick, index, EventKind::Ignored { order, why });
+        }
+        restarted
+    }
+
     fn enter(&mut self, ready: &mut dyn FnMut(RobotInstance) -> bool) {
         let tick = self.tick;
         self.entered.clear();
@@ -423,7 +439,9 @@ impl World {
             body.instance = presence.instance();
             body.in_world = presence.in_world();
             body.takes_part = presence.takes_part();
-            body.on_radio = presence.on_radio(self.tick) && !self.faults[slot].is_mute();
+            let is_heard = body.takes_part && !self.faults[slot].is_mute();
+            body.on_radio = is_heard && presence.on_radio(self.tick);
+            body.speaks_first = is_heard && !body.on_radio;
             body.from = body.pose.position;
             if body.takes_part {
                 self.participants.push(body.instance);
@@ -602,7 +620,9 @@ fn excuses(order: &Order, instance: RobotInstance) -> bool {
     match order {
         // A process that is stopped may go on; it is waited for until it is overdue.
         Order::Absent { instance: absent, cause } => *absent == instance && *cause != Absence::Stopped,
-        Order::Remove { index } | Order::Fault { index, fault: Fault::Kill, .. } => *index == instance.index,
+        Order::Remove { index } | Order::Restart { index } | Order::Fault { index, fault: Fault::Kill, .. } => {
+            *index == instance.index
+        }
         Order::Admit { .. }
         | Order::Task { .. }
         | Order::Cancel { .. }

@@ -76,7 +76,7 @@ fn check(max_robots: u32, shape_pieces: u32) {
     for _ in 0..2 {
         for robot in (0..max_robots).map(RobotIndex) {
             world.odometry(robot, |odometry| *odometry = Odometry::default());
-            world.neighbors(robot, &neighbors);
+            world.neighbors(robot, &neighbors, &[]);
             world.sensed(robot, &[0]);
         }
         (0..sizes.pieces()).for_each(|index| world.piece(index, |piece| *piece = Piece::default()));
@@ -84,7 +84,7 @@ fn check(max_robots: u32, shape_pieces: u32) {
     lap("world writes all twice");
     for (reader, _) in &mut robots {
         reader.odometry();
-        assert!(reader.neighbors(&mut Vec::new()) && reader.sensed(&mut Vec::new()));
+        assert!(reader.neighbors(&mut Vec::new(), &mut Vec::new()) && reader.sensed(&mut Vec::new()));
     }
     lap("robots read all");
     let mut frames = FramePublisher::open(&daemon, sizes.frame_bodies_max(), 0).unwrap();

@@ -43,7 +43,7 @@ fn instance(slot: u32) -> RobotInstance {
 /// Whom the robot hears, if the world wrote them again.
 fn neighbors_of(robot: &mut WorldReader) -> Option<Vec<NeighborRef>> {
     let mut list = vec![NeighborRef { index: 77, incarnation: 7 }];
-    robot.neighbors(&mut list).then_some(list)
+    robot.neighbors(&mut list, &mut Vec::new()).then_some(list)
 }
 
 /// Which pieces the robot sees, if the world wrote them again.
@@ -74,8 +74,8 @@ fn a_robot_sees_what_the_world_writes() {
     assert_eq!(WorldObserver::open(&fleet.other, 0).unwrap().odometry(RobotIndex(1)).tick, 9);
 
     let neighbors = [NeighborRef { index: 0, incarnation: 2 }, NeighborRef { index: 5, incarnation: 0 }];
-    world.neighbors(RobotIndex(2), &neighbors);
-    world.neighbors(RobotIndex(3), &neighbors[..1]);
+    world.neighbors(RobotIndex(2), &neighbors, &[]);
+    world.neighbors(RobotIndex(3), &neighbors[..1], &[]);
     assert_eq!(neighbors_of(&mut robot), None, "the odometry has not told of it");
     let tell = |world: &mut WorldWriter, robot: &WorldReader| {
         world.odometry(RobotIndex(2), |told| *told = odometry);
@@ -84,7 +84,7 @@ fn a_robot_sees_what_the_world_writes() {
     tell(&mut world, &robot);
     assert_eq!(neighbors_of(&mut robot), Some(neighbors.to_vec()));
     assert_eq!(neighbors_of(&mut robot), None, "it has not changed since");
-    world.neighbors(RobotIndex(2), &[]);
+    world.neighbors(RobotIndex(2), &[], &[]);
     tell(&mut world, &robot);
     assert_eq!(neighbors_of(&mut robot), Some(vec![]));
 
@@ -249,7 +249,7 @@ fn operators_are_answered_each_with_its_own() {
     let fleet = fleet();
     let mut server = OperatorServer::open(fleet.daemon.address()).unwrap();
     let address = fleet.daemon.address();
-    let robots = |count: u32| -> Reply { Reply::Added { robot: format!("robot-{count}"), index: RobotIndex(count) } };
+    let robots = |count: u32| -> Reply { Reply::Removed { robot: format!("robot-{count}") } };
     std::thread::scope(|scope| {
         for operator in 0..4_u32 {
             scope.spawn(move || {

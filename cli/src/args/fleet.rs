@@ -1,4 +1,4 @@
-//! Running fleets, from a second terminal: `ps`, `latency`, `add`, `remove`.
+//! Running fleets, from a second terminal: `ps`, `latency`, `add`, `remove`, `restart`.
 
 use super::Format;
 use super::values::{Pose, parse_number, parse_point, parse_pose};
@@ -152,6 +152,27 @@ The robot leaves between two ticks, and its process ends. Tasks that were sent
 to it by name fail; tasks for which shoal chose it go to other robots. Its name
 can be used again by `shoal add --id`.")]
 pub struct RemoveArgs {
+    /// The robot
+    #[arg(value_name = "ROBOT")]
+    pub robot: String,
+    /// Which fleet.
+    #[command(flatten)]
+    pub fleet: FleetArg,
+    /// Output format
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `shoal restart`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal restart r03
+
+The process of the robot is killed, if it has one, and a new one takes over its
+body, goals and tasks. A robot that is dead for good or was dropped comes back.
+The rest of the fleet goes on; in `lockstep` it waits for the new process.")]
+pub struct RestartArgs {
     /// The robot
     #[arg(value_name = "ROBOT")]
     pub robot: String,

@@ -121,7 +121,7 @@ fn text(sight: &Sight) -> String {
         "shoal_robot_restarts_total",
         Kind::Counter,
         "Restarts of the robot's process.",
-        |robot| robot.incarnation,
+        |robot| robot.restarts,
     );
     loops(&mut out, sight);
     for metric in Metric::ALL {
@@ -224,6 +224,7 @@ mod tests {
             id: id.to_owned(),
             state,
             incarnation,
+            restarts: incarnation,
             goals_done: 2,
             goals_left: 1,
             ..RobotStatus::default()

@@ -135,7 +135,7 @@ fn fleet_text(page: &mut Page, shown: &Shown<'_>, status: &Status) {
         ),
         2,
     );
-    let columns = [
+    let mut columns = vec![
         Column::left("robot", 0, 32),
         Column::right("pid", 1),
         Column::left("state", 0, 13),
@@ -146,7 +146,15 @@ fn fleet_text(page: &mut Page, shown: &Shown<'_>, status: &Status) {
         Column::right("left", 4),
         Column::left("method", 7, 20),
     ];
-    let rows: Vec<Vec<String>> = status.robots.iter().map(robot_row).collect();
+    let mut rows: Vec<Vec<String>> = status.robots.iter().map(robot_row).collect();
+    // A slot whose robot has left goes on counting incarnations.
+    if status.robots.iter().any(|robot| robot.incarnation != robot.restarts) {
+        let at = 1 + columns.iter().position(|column| column.head == "restarts").unwrap_or_default();
+        columns.insert(at, Column::right("incarnation", 5));
+        for (row, robot) in rows.iter_mut().zip(&status.robots) {
+            row.insert(at, robot.incarnation.to_string());
+        }
+    }
     for line in table(&columns, &rows, 2, page.width()) {
         page.line(&line);
     }
@@ -179,7 +187,7 @@ fn robot_row(robot: &RobotStatus) -> Vec<String> {
         robot.id.clone(),
         robot.pid.map_or("-".to_string(), |pid| pid.to_string()),
         state.to_string(),
-        robot.incarnation.to_string(),
+        robot.restarts.to_string(),
         point(robot.position_m),
         point(robot.goal_m),
         robot.goals_done.to_string(),
@@ -199,6 +207,7 @@ mod tests {
             id: format!("r{slot:02}"),
             index: RobotIndex(slot),
             incarnation: u32::from(slot == 1),
+            restarts: u32::from(slot == 1),
             pid: (state == ProcessState::Running).then_some(4700 + slot),
             state,
             planner: "apf".into(),
@@ -231,6 +240,12 @@ mod tests {
             fleet_text(&mut page, &shown, &status);
             text += &page.into_text();
         }
+        let mut again = status.clone();
+        again.robots.truncate(2);
+        again.robots[0].incarnation = 3;
+        let mut page = Page::new(90);
+        fleet_text(&mut page, &shown, &again);
+        text += &page.into_text();
         insta::assert_snapshot!(text);
         let json = fleet_json(&shown, &status);
         assert_eq!(world_words(&status), "");

@@ -9,6 +9,9 @@ use model::{BodyKind, ParamValues, ProcessState, RobotIndex, RobotInstance};
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{NewRobot, Reply};
 
+/// Of a request whose answer follows from more than the world's: this is never said.
+const NOT_YET: Reply = Reply::Stopping;
+
 impl Coordinator {
     /// One more robot. Its process is started while the world still decides.
     pub(super) fn add(
@@ -48,7 +51,7 @@ impl Coordinator {
                 Some("choose another start, or try again later"),
             ));
         }
-        let (name, reply) = (robot.id.clone(), Reply::Added { robot: robot.id.clone(), index });
+        let name = robot.id.clone();
         if index.at() == self.members.len() {
             self.members.push(Member::new(index));
             self.scenario.robots.push(robot.clone());
@@ -58,7 +61,7 @@ impl Coordinator {
         let instance = self.members[index.at()].come_again();
         self.actions.push(Action::Order(Order::Admit { instance, robot: Box::new(robot) }));
         self.expect(instance);
-        Ok(Waiting { ticket: Ticket::Admit(instance), robot: name, since: None, reply: Some(reply) })
+        Ok(Waiting { ticket: Ticket::Admit(instance), robot: name, since: None, reply: Some(NOT_YET) })
     }
 
     /// The slot of a new robot, and its name if that is settled: a new slot, or that of a robot that has left.
@@ -122,6 +125,24 @@ impl Coordinator {
         Err(refused(&format!("robot `{name}` {problem}"), hint))
     }
 
+    /// A robot is to get a new process.
+    pub(super) fn restart(&mut self, name: &str) -> Result<Waiting, Refusal> {
+        let slot = self.slot_of(name)?;
+        let (member, index) = (&self.members[slot], RobotIndex::of(slot));
+        let (problem, hint) = match member.state {
+            ProcessState::Left => ("has left", "`shoal add --id NAME` adds a robot of this name"),
+            ProcessState::Refused => ("was never in the world", "`shoal ps` shows the robots and their states"),
+            _ if member.leaving => ("is leaving", "`shoal ps` shows the robots and their states"),
+            _ if self.is_joining(index) => ("is being started already", "`shoal ps` shows the robots and their states"),
+            _ => {
+                self.actions.push(Action::Order(Order::Restart { index }));
+                let (robot, reply) = (name.to_owned(), Some(NOT_YET));
+                return Ok(Waiting { ticket: Ticket::Restart(index), robot, since: None, reply });
+            }
+        };
+        Err(refused(&format!("robot `{name}` {problem}"), Some(hint)))
+    }
+
     /// The world does not let a robot go that an operator wanted to leave.
     pub(super) fn not_removed(&mut self, index: RobotIndex) {
         if let Some(member) = self.members.get_mut(index.at()) {
@@ -140,6 +161,7 @@ impl Member {
     fn come_again(&mut self) -> RobotInstance {
         (self.state, self.leaving) = (ProcessState::Awaited, false);
         let instance = RobotInstance { incarnation: self.lives, ..self.instance };
+        self.first_life = self.lives;
         if self.pid.is_none() {
             self.instance = instance;
         }

@@ -33,7 +33,8 @@ pub(super) struct Waiting {
     pub(super) robot: String,
     /// Since when, once the clock has been looked at.
     pub(super) since: Option<Duration>,
-    /// What the operator is told when the world takes it; `None` once the operator has been answered.
+    /// What the operator is told when the world takes it, if that is all there is to wait for; `None` once the operator has been
+    /// answered.
     pub(super) reply: Option<Reply>,
 }
 
@@ -51,7 +52,7 @@ impl Waiting {
     pub(super) fn what(&self) -> String {
         match self.ticket {
             Ticket::Task(task) | Ticket::Cancel(task) => format!("task {task} of robot `{}`", self.robot),
-            Ticket::Admit(_) | Ticket::Remove(_) => format!("robot `{}`", self.robot),
+            Ticket::Admit(_) | Ticket::Remove(_) | Ticket::Restart(_) => format!("robot `{}`", self.robot),
             Ticket::Fault(_) => format!("fault for robot `{}`", self.robot),
         }
     }
@@ -76,6 +77,7 @@ impl Coordinator {
             )),
             Request::Add(new) => self.add(new, near),
             Request::Remove { robot } => self.remove(robot),
+            Request::Restart { robot } => self.restart(robot),
             Request::Cancel(name) => self.cancel_task(name).map(|(ticket, robot)| Waiting {
                 ticket,
                 robot,
@@ -114,7 +116,17 @@ impl Coordinator {
             return self.task_answered(id, problem);
         }
         let Some(index) = self.waiting.iter().position(|waiting| waiting.ticket == ticket) else { return };
-        let Waiting { robot, reply, .. } = self.waiting.remove(index);
+        let waiting = self.waiting.remove(index);
+        let joins = match ticket {
+            Ticket::Admit(instance) => Some(instance.index),
+            Ticket::Restart(index) => Some(index),
+            _ => None,
+        };
+        // What the operator waits for is not done yet.
+        if let (None, Some(index)) = (&problem, joins.filter(|_| waiting.reply.is_some())) {
+            return self.await_joining(waiting, index);
+        }
+        let Waiting { robot, reply, .. } = waiting;
         let reply = match (problem, reply) {
             (None, reply) => match ticket {
                 Ticket::Cancel(id) => reply.map(|_| self.cancelled(id)),
@@ -124,7 +136,7 @@ impl Coordinator {
                 match ticket {
                     Ticket::Admit(instance) => self.not_admitted(instance),
                     Ticket::Remove(index) => self.not_removed(index),
-                    Ticket::Task(_) | Ticket::Cancel(_) | Ticket::Fault(_) => {}
+                    Ticket::Restart(_) | Ticket::Task(_) | Ticket::Cancel(_) | Ticket::Fault(_) => {}
                 }
                 reply.map(|_| refused(&format!("robot `{robot}`: {problem}"), hint_for(&problem)).into())
             }
@@ -147,6 +159,7 @@ impl Coordinator {
             }
         }
         self.refuse_tasks(self.missed.others > 0);
+        self.refuse_joining();
         for waiting in std::mem::take(&mut self.waiting).into_iter().filter(|waiting| waiting.reply.is_some()) {
             let problem = format!("{}: not confirmed: the run is over, and the world's answer is lost", waiting.what());
             let hint = "it may have been done: the report says so".to_owned();
@@ -157,6 +170,7 @@ impl Coordinator {
     /// Operators who have waited long enough are told that it is not known yet.
     pub(super) fn answer_late(&mut self, now: Duration) {
         self.answer_late_tasks(now);
+        self.answer_late_joining(now);
         for waiting in &mut self.waiting {
             let since = *waiting.since.get_or_insert(now);
             if now.saturating_sub(since) <= CONFIRM_WITHIN || waiting.reply.take().is_none() {

@@ -201,7 +201,8 @@ impl Coordinator {
             match waiting.ticket {
                 // The world has been asked to admit it again.
                 Ticket::Admit(instance) if !is_there(instance) => self.waiting.push(waiting),
-                Ticket::Admit(_) => self.answer(waiting, None),
+                Ticket::Admit(instance) if waiting.reply.is_some() => self.await_joining(waiting, instance.index),
+                Ticket::Admit(_) => {}
                 Ticket::Cancel(id) if self.tasks.state_of(id) == Some(TaskState::Cancelled) => {
                     self.answer(waiting, None);
                 }

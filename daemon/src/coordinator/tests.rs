@@ -380,7 +380,9 @@ pub(super) fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
         .filter_map(|action| if let Action::Reply(ticket, reply) = action { Some((ticket, reply)) } else { None });
     replies
         .map(|(ticket, reply)| match reply {
-            Reply::Added { robot, index } => (ticket, format!("{robot} added as {index}")),
+            Reply::Joined { robot, index, incarnation, joined_ms, neighbors } => {
+                (ticket, format!("{robot} joined as {index}.{incarnation} after {joined_ms} ms with {neighbors}"))
+            }
             Reply::Tasked(records) | Reply::Tasks(records) => (ticket, words_of(&records)),
             Reply::Removed { robot } => (ticket, format!("{robot} has left")),
             Reply::Injected { ticks } => (ticket, format!("fault for {ticks:?} ticks")),
@@ -428,15 +430,18 @@ fn an_operator_is_answered_when_the_world_has_decided() {
     assert_eq!(replies(&mut coordinator), [], "nothing is known yet");
     answer(&mut coordinator, north, None);
     answer(&mut coordinator, first, Some("too many goals are waiting"));
-    let expected =
-        [(north, "north added as 2".to_owned()), (first, "robot `north`: too many goals are waiting".to_owned())];
-    assert_eq!(replies(&mut coordinator), expected);
+    let expected = [(first, "robot `north`: too many goals are waiting".to_owned())];
+    assert_eq!(replies(&mut coordinator), expected, "the newcomer does not take part yet");
     answer(&mut coordinator, first, None);
     answer(&mut coordinator, Ticket::Task(TaskId(77)), None);
     assert_eq!(replies(&mut coordinator), [], "nobody asked, or nobody waits any more");
     coordinator.stopping();
     coordinator.refuse_waiting();
-    assert_eq!(replies(&mut coordinator), [(second, "robot `east`: the run is over".to_owned())]);
+    let expected = [
+        (second, "robot `east`: the run is over".to_owned()),
+        (north, "robot `north`: not confirmed: the run is over".to_owned()),
+    ];
+    assert_eq!(replies(&mut coordinator), expected);
     assert_eq!(refusal(coordinator.request(&task("east", [0.0, 1.0]), FREE_PLACE)), "the run is over");
 }
 

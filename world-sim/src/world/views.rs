@@ -169,6 +169,11 @@ impl World {
         self.ranges.heard(slot)
     }
 
+    /// The robots that this one will hear from the next tick on, sorted by slot: they speak for the first time in this one.
+    pub fn coming(&self, slot: usize) -> &[NeighborRef] {
+        self.ranges.coming(slot)
+    }
+
     /// Whom each slot will hear once everybody who is due now has entered and has spoken, for the slots that will hear
     /// anybody. Before the first tick, this is whom to get ready for.
     pub fn foreseen(&self) -> Vec<(usize, Vec<NeighborRef>)> {

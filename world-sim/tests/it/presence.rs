@@ -349,6 +349,75 @@ fn a_slot_whose_robot_has_left_is_free_for_the_next_life() {
 }
 
 #[test]
+fn an_operator_gives_a_robot_a_new_process() {
+    let order = || Order::Restart { index: RobotIndex(0) };
+    let taken = |driver: &Driver| answers(driver).iter().map(|(_, taken)| *taken).collect::<Vec<_>>();
+    // The fleet goes on, and it is not one of the robot's restarts.
+    let story = "0:Expect@0.0 0:Entered.0 5:Kill.0 5:Expect@6.1 6:Entered.1 10:Kill.1 10:Expect@11.2 11:Entered.2";
+    let stints = [(0, 4, 0), (6, 9, 1), (11, 19, 2)];
+    let orders = vec![(5, order()), (6, absent(0, DIED)), (10, order())];
+    let driver = check(pair(), vec![], orders, &stints, story);
+    assert_eq!(taken(&driver), [true, true]);
+    assert_eq!(driver.logged(EventName::Restarted, 0), [6, 11]);
+    assert_eq!(driver.logged(EventName::Replaced, 0), [5, 10]);
+    // Dead for good, dropped, paused, waiting for a restart that is far away or on its way.
+    let story = "0:Expect@0.0 0:Entered.0 8:Expect@9.1 9:Entered.1";
+    check(pair(), vec![], vec![(5, absent(0, DIED)), (8, order())], &[(0, 4, 0), (9, 19, 1)], story);
+    let mut scenario = pair();
+    scenario.fleet.straggler = StragglerPolicy::Drop;
+    let story = "0:Expect@0.0 0:Entered.0 5:Kill.0 8:Expect@9.1 9:Entered.1";
+    check(scenario, vec![], vec![(5, absent(0, Absence::Overdue)), (8, order())], &[(0, 4, 0), (9, 19, 1)], story);
+    let story = "0:Expect@0.0 0:Entered.0 5:Pause.0 8:Kill.0 8:Expect@9.1 9:Entered.1";
+    let pause = vec![at(5, TimelineAction::pause(0, 9))];
+    check(pair(), pause, vec![(8, order())], &[(0, 4, 0), (9, 19, 1)], story);
+    let story = "0:Expect@0.0 0:Entered.0 8:Expect@9.1 9:Entered.1";
+    let orders = vec![(5, absent(0, DIED)), (8, order())];
+    check(restarting(1, 14), vec![], orders, &[(0, 4, 0), (9, 19, 1)], story);
+    let story = "0:Expect@0.0 0:Entered.0 5:Expect@9.1 7:Kill.1 7:Expect@8.2 8:Entered.2";
+    let orders = vec![(5, absent(0, DIED)), (7, order())];
+    check(restarting(1, 4), vec![], orders, &[(0, 4, 0), (8, 19, 2)], story);
+    // One that is not there is not restarted, nor one whose process nobody has asked for.
+    let leave = vec![at(5, TimelineAction::Leave { robot: 0 })];
+    let driver = check(pair(), leave, vec![(7, order())], &[(0, 4, 0)], "0:Expect@0.0 0:Entered.0 5:Left.0");
+    assert_eq!((taken(&driver), driver.logged(EventName::Ignored, 0)), (vec![false], vec![7]));
+    let join = vec![at(18, TimelineAction::Join { robot: 0 })];
+    let driver = check(pair(), join, vec![(7, order())], &[(18, 19, 0)], "13:Expect@18.0 18:Entered.0");
+    assert_eq!(taken(&driver), [false]);
+}
+
+#[test]
+fn a_newcomer_is_announced_to_those_who_will_hear_it() {
+    let mut driver = Driver::new(&pair());
+    driver.until(4);
+    let heard =
+        |driver: &Driver, slot: usize| driver.world.neighbors(slot).iter().map(|who| who.index).collect::<Vec<_>>();
+    let coming =
+        |driver: &Driver, slot: usize| driver.world.coming(slot).iter().map(|who| who.index).collect::<Vec<_>>();
+    driver.unready.push(instance(3, 0));
+    let new = Box::new(robot(3, [0.0, 1.0], [9.0, 1.0]));
+    driver.world.order(Order::Admit { instance: instance(3, 0), robot: new });
+    driver.open();
+    assert_eq!(
+        (coming(&driver, 0), heard(&driver, 0)),
+        (vec![], vec![1]),
+        "nobody waits for a process that is not ready"
+    );
+    driver.close();
+    driver.unready.clear();
+    driver.open();
+    assert_eq!((coming(&driver, 0), heard(&driver, 0)), (vec![3], vec![1]));
+    assert_eq!((coming(&driver, 3), heard(&driver, 3)), (vec![], vec![0, 1]));
+    assert_eq!(driver.world.opening().neighbors, [0, 1, 3]);
+    driver.close();
+    driver.open();
+    assert_eq!((coming(&driver, 0), heard(&driver, 0)), (vec![], vec![1, 3]));
+    assert_eq!(driver.world.opening().neighbors, [0, 1]);
+    driver.close();
+    driver.open();
+    assert_eq!(driver.world.opening().neighbors, [0_usize; 0]);
+}
+
+#[test]
 fn the_tasks_of_a_robot_are_dropped_before_it_is_said_that_it_has_left() {
     for leave in ["order", "timeline"] {
         let mut scenario = pair();

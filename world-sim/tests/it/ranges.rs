@@ -82,15 +82,20 @@ fn every_body_is_heard_or_seen_but_never_both() {
         (&[1, 2], &[]),
         (&[1, 2], &[]),
     ];
-    let (mut radio, mut sight) = (Vec::new(), Vec::new());
+    let (mut radio, mut sight) = ((Vec::new(), Vec::new()), Vec::new());
     for (tick, (hears, sees)) in table.into_iter().enumerate() {
         driver.open();
         assert_eq!(heard(&driver, 0), hears, "tick {tick}");
         assert_eq!(driver.world.sensed(0), sees, "tick {tick}");
         let opening = driver.world.opening();
-        assert_eq!(opening.neighbors.contains(&0), radio != hears, "tick {tick}: written when it changes");
+        // Those that speak for the first time are heard a tick later.
+        let speaks = |slot: &u32| table[tick + 1].0.contains(slot) && !hears.contains(slot);
+        let comes: Vec<u32> = if tick + 1 < table.len() { (1..4).filter(speaks).collect() } else { Vec::new() };
+        assert_eq!(driver.world.coming(0).iter().map(|who| who.index).collect::<Vec<_>>(), comes, "tick {tick}");
+        let tells = (hears.to_vec(), comes);
+        assert_eq!(opening.neighbors.contains(&0), radio != tells, "tick {tick}: written when it changes");
         assert_eq!(opening.sensed.contains(&0), sight != sees, "tick {tick}: written when it changes");
-        (radio, sight) = (hears.to_vec(), sees.to_vec());
+        (radio, sight) = (tells, sees.to_vec());
         driver.close();
     }
 }

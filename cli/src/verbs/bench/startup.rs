@@ -157,7 +157,7 @@ fn join(address: &Address, place: [f64; 2], neighbors: usize) -> Result<f64, Fai
     let asked_ns = clock::now_ns();
     let robot = NewRobot { start_m: place, goal_m: place, ..NewRobot::default() };
     let index = match fleet::ask(address, &Request::Add(robot))? {
-        Reply::Added { index, .. } => index,
+        Reply::Joined { index, .. } => index,
         reply => return Err(fleet::confused(&reply)),
     };
     let instance = RobotInstance { index, incarnation: 0 };

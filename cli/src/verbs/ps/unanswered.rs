@@ -27,14 +27,19 @@ pub(super) fn status(address: &Address) -> Result<Status, Failure> {
     let gate = Gate::open(address)?;
     let observer = WorldObserver::open(&node, gate.world_incarnation())?;
     let processes_of_robots = (0..scenario.robots.len()).map(RobotIndex::of).map(|index| match instances.get(&index) {
-        None => {
-            RobotProcess { instance: RobotInstance { index, incarnation: 0 }, pid: None, state: ProcessState::Awaited }
-        }
+        None => RobotProcess {
+            instance: RobotInstance { index, incarnation: 0 },
+            pid: None,
+            state: ProcessState::Awaited,
+            restarts: 0,
+        },
         Some(instance) => {
+            // Whether another robot had the slot before, only the daemon knows.
+            let restarts = instance.incarnation;
             let process = gate.process(*instance).map(|pid| (pid, state_of(pid)));
             match process.filter(|(_, state)| *state != ProcessState::Ended) {
-                Some((pid, state)) => RobotProcess { instance: *instance, pid: Some(pid), state },
-                None => RobotProcess { instance: *instance, pid: None, state: ProcessState::Dead },
+                Some((pid, state)) => RobotProcess { instance: *instance, pid: Some(pid), state, restarts },
+                None => RobotProcess { instance: *instance, pid: None, state: ProcessState::Dead, restarts },
             }
         }
     });

@@ -1,7 +1,9 @@
-use super::super::tests::{FREE_PLACE, add, answer, died, instance, killed, refusal, replies, running, task};
+use super::super::tests::{
+    ALL_READY, FREE_PLACE, add, answer, died, instance, killed, pass, refusal, replies, running, task,
+};
 use super::super::{Answer, Place};
 use super::*;
-use model::{ProcessState, Task, TaskEnd, TaskId, TaskState, TaskStep};
+use model::{Event, EventKind, ProcessState, Task, TaskEnd, TaskId, TaskState, TaskStep};
 use protocol::operator_to_daemon::{Assign, NewTasks, Request, TaskFilter};
 use protocol::world_to_daemon::Notice;
 use std::time::Duration;
@@ -27,6 +29,98 @@ fn admitted(coordinator: &mut Coordinator) -> Vec<RobotInstance> {
             |action| if let Action::Order(Order::Admit { instance, .. }) = action { Some(instance) } else { None },
         )
         .collect()
+}
+
+fn restart(robot: &str) -> Request {
+    Request::Restart { robot: robot.to_owned() }
+}
+
+/// A process is on its way, the world has admitted its robot, and it has entered.
+fn entered(coordinator: &mut Coordinator, who: RobotInstance, ticket: Ticket) {
+    coordinator.spawned(who, 300 + who.incarnation, Duration::ZERO);
+    answer(coordinator, ticket, None);
+    coordinator.notice(Notice::Expect { instance: who, tick: 7 });
+    coordinator.notice(Notice::Entered { instance: who, tick: 7 });
+}
+
+#[test]
+fn an_operator_is_answered_when_a_newcomer_and_its_neighbours_hear_each_other() {
+    let mut coordinator = running(&["fleet.max_robots=5"]);
+    let (who, ticket) = (instance(2, 0), Ticket::Admit(instance(2, 0)));
+    coordinator.request(&add("north", [0.0, -2.0]), FREE_PLACE);
+    pass(&mut coordinator, 10..=10, ALL_READY);
+    assert!(!coordinator.awaits_newcomers());
+    entered(&mut coordinator, who, ticket);
+    assert_eq!((coordinator.newcomers(), coordinator.awaits_newcomers()), (vec![(who, 7)], true));
+    assert_eq!(replies(&mut coordinator), []);
+    coordinator.joined(instance(2, 1), 2, Duration::from_millis(10_020));
+    assert_eq!(replies(&mut coordinator), [], "that is another life");
+    coordinator.joined(who, 2, Duration::from_millis(10_040));
+    coordinator.joined(who, 2, Duration::from_millis(10_041));
+    assert_eq!(replies(&mut coordinator), [(ticket, "north joined as 2.0 after 40 ms with 2".to_owned())]);
+    assert!(!coordinator.awaits_newcomers());
+
+    // Not for ever; and what is known is said.
+    for (id, slot, event) in [("south", 3, false), ("west-2", 4, true)] {
+        let (who, ticket) = (instance(slot, 0), Ticket::Admit(instance(slot, 0)));
+        coordinator.request(&add(id, [0.0, -f64::from(slot)]), FREE_PLACE);
+        pass(&mut coordinator, 11..=11, ALL_READY);
+        if event {
+            let kind = EventKind::NotStarted { why: "no room".to_owned() };
+            answer(&mut coordinator, ticket, None);
+            coordinator.notice(Notice::Log(Event { tick: 8, robot: Some(who.index), kind }));
+        } else {
+            entered(&mut coordinator, who, ticket);
+        }
+        pass(&mut coordinator, 12..=14, ALL_READY);
+        assert_eq!(replies(&mut coordinator), []);
+        pass(&mut coordinator, 15..=15, ALL_READY);
+        let said = replies(&mut coordinator);
+        let words = if event { "not in the world after 3 s: no room" } else { "not all its neighbours heard it" };
+        assert!(said.len() == 1 && said[0].0 == ticket && said[0].1.contains(words), "{said:?}");
+        assert!(!coordinator.awaits_newcomers());
+    }
+}
+
+#[test]
+fn who_waits_for_a_newcomer_that_leaves_is_told() {
+    let mut coordinator = running(&["fleet.max_robots=3"]);
+    let (who, ticket) = (instance(2, 0), Ticket::Admit(instance(2, 0)));
+    coordinator.request(&add("north", [0.0, -2.0]), FREE_PLACE);
+    entered(&mut coordinator, who, ticket);
+    coordinator.notice(Notice::Left { instance: who });
+    let expected = "robot `north`: not confirmed: it left before it was known that it had joined".to_owned();
+    assert_eq!(replies(&mut coordinator), [(ticket, expected)]);
+}
+
+#[test]
+fn a_robot_gets_a_new_process() {
+    let mut coordinator = running(&["fleet.max_robots=3"]);
+    let ticket = Ticket::Restart(RobotIndex(0));
+    assert_eq!(coordinator.request(&restart("east"), FREE_PLACE), Answer::Later(ticket));
+    assert_eq!(coordinator.take_actions(), [Action::Order(Order::Restart { index: RobotIndex(0) })]);
+    assert_eq!(refusal(coordinator.request(&restart("east"), FREE_PLACE)), "robot `east` is being started already");
+    pass(&mut coordinator, 10..=10, ALL_READY);
+    // What the present life does until then is not what the operator waits for.
+    coordinator.notice(Notice::Entered { instance: instance(0, 0), tick: 4 });
+    coordinator.notice(Notice::Kill { instance: instance(0, 0) });
+    answer(&mut coordinator, ticket, None);
+    coordinator.notice(Notice::Expect { instance: instance(0, 1), tick: 6 });
+    coordinator.exited(instance(0, 0), killed(), None, None);
+    assert_eq!(coordinator.newcomers(), []);
+    assert_eq!(refusal(coordinator.request(&restart("east"), FREE_PLACE)), "robot `east` is being started already");
+    coordinator.take_actions();
+    coordinator.spawned(instance(0, 1), 200, Duration::ZERO);
+    coordinator.notice(Notice::Entered { instance: instance(0, 1), tick: 6 });
+    coordinator.joined(instance(0, 1), 1, Duration::from_millis(10_050));
+    assert_eq!(replies(&mut coordinator), [(ticket, "east joined as 0.1 after 50 ms with 1".to_owned())]);
+    assert_eq!(coordinator.members()[0].restarts(), 1);
+
+    gone(&mut coordinator, 0, 1);
+    assert_eq!(refusal(coordinator.request(&restart("east"), FREE_PLACE)), "robot `east` has left");
+    coordinator.request(&add("east", [0.0, -2.0]), FREE_PLACE);
+    assert_eq!(coordinator.members()[0].restarts(), 0, "it is another robot");
+    assert_eq!(refusal(coordinator.request(&restart("nobody"), FREE_PLACE)), "unknown robot `nobody`");
 }
 
 #[test]
