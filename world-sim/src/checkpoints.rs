@@ -169,6 +169,7 @@ fn sum(bytes: &[u8]) -> u64 {
 }
 
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests damage files")]
 mod tests {
     use super::*;
     use model::{EventKind, Scenario};
@@ -204,7 +205,7 @@ mod tests {
             std::fs::write(address.file(FILES[0]), &whole[..length]).unwrap();
             assert_eq!(newest(&address).unwrap().0.tick(), 2, "{length}");
         }
-        let mut damaged = whole.clone();
+        let mut damaged = whole;
         damaged[HEADER + 50] ^= 1;
         std::fs::write(address.file(FILES[0]), &damaged).unwrap();
         assert_eq!(newest(&address).unwrap().0.tick(), 2, "a bit is not what it was");

@@ -279,8 +279,7 @@ impl Shell {
         if let Some(checkpoints) = &mut self.checkpoints
             && let Err(error) = checkpoints.leave(&self.world, &mut clock::now_ns)
         {
-            // The fleet goes on. The daemon hands this to the log.
-            eprintln!("world: its state cannot be kept: {error}; if it dies, it can only go on from an older one");
+            say(&format!("its state cannot be kept: {error}; if it dies, another one goes on from an older state"));
             self.checkpoints = None;
         }
     }
@@ -516,6 +515,12 @@ impl Shell {
         let record_failed = recorded.and_then(Result::err).map(|error| error.to_string());
         WorldEnd { outcome, record_failed, finished: self.world.finished() }
     }
+}
+
+/// Says something that the daemon hands to the log.
+#[expect(clippy::print_stderr, reason = "standard error of the world is a file that the daemon reads")]
+fn say(words: &str) {
+    eprintln!("{words}");
 }
 
 /// What the kernel says of the agent of a robot instance.

@@ -15,7 +15,7 @@ Examples:
   shoal logs -f --fleet lab
   shoal down --fleet lab
   shoal up demo-15 --name lab            in the foreground, until Ctrl-C
-  shoal up --adopt --name lab --detach   a new daemon for a fleet that lost its own
+  shoal up --adopt --name lab --detach   a new daemon for a fleet without one
 
 The fleet runs until `shoal down`, whatever the scenario says of its end. Its
 state directory, for this user only, holds the database of tasks, robots and

@@ -174,7 +174,6 @@ impl Supervisor {
 
 /// The instances that were started and have not been cleared away: each has a file that says what it is.
 fn spec_files(address: &Address) -> Vec<RobotInstance> {
-    #[expect(clippy::disallowed_methods, reason = "what a daemon of before has left in the root of the fleet")]
     let files = std::fs::read_dir(address.root()).into_iter().flatten().flatten();
     files.filter_map(|file| report::measured::instance_of(file.file_name().to_str()?)).collect()
 }
