@@ -1,9 +1,14 @@
 //! A robot that is added to a running fleet.
 
 use crate::check::{self, Source};
+use crate::document::{self, Raw, RawTable, RawValue};
 use crate::ground::{Ground, Surfaces};
+use crate::layout::{self, Surroundings};
 use crate::problems::{Origin, Problems, Report};
+use crate::table::{Layout, Root};
 use crate::{arm, methods, robots, walk};
+use geometry::Capsule;
+use model::key::Named;
 use model::kind::{LARGE, Range};
 use model::{BodyKind, MAX_GOALS, ParamValues, Physics, Robot, Scenario};
 use nalgebra::Point2;
@@ -110,6 +115,52 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
         check::solid(std::slice::from_ref(&robot), std::slice::from_ref(&source), ("", here), &mut report);
     }
     report.finish().map(|_| robot)
+}
+
+/// A pattern of robots for a running fleet, with the keys of `[layout]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NewLayout {
+    /// The word of the pattern.
+    pub kind: String,
+    /// Number of robots.
+    pub robots: usize,
+    /// Its other keys, each as `key=TOML-value`.
+    pub set: Vec<String>,
+    /// Seed of what is random in it; `None` is that of the scenario.
+    pub seed: Option<u64>,
+}
+
+/// Start and goal of each robot of a pattern. `bodies` are where robots are now, which is what a random pattern keeps clear of; of
+/// others, only the daemon knows whether a start is free.
+///
+/// # Errors
+/// With all problems of the pattern.
+pub fn places(scenario: &Scenario, layout: &NewLayout, bodies: &[Capsule]) -> Result<Vec<[Point2<f64>; 2]>, Problems> {
+    let mut options = vec![format!("--layout {}", layout.kind), format!("--count {}", layout.robots)];
+    options.extend(layout.set.iter().map(|assignment| format!("--set {assignment}")));
+    let mut report = Report::new("layout".to_owned(), options);
+    let (mut document, section) = (RawTable::default(), Root::layout.name());
+    let values = [
+        (Layout::kind.name(), RawValue::Text(layout.kind.clone())),
+        (Layout::robots.name(), RawValue::Int(layout.robots as i128)),
+    ];
+    for (index, (key, value)) in values.into_iter().enumerate() {
+        document.put(&[section, key], Raw { origin: Origin::Option(index), value });
+    }
+    for (index, assignment) in layout.set.iter().enumerate() {
+        document::set(&mut document, &format!("{section}.{assignment}"), Origin::Option(2 + index), &mut report);
+    }
+    let root = walk::walk(document, &mut report);
+    let around = Surroundings {
+        world: scenario.bounds,
+        seed: layout.seed.unwrap_or(scenario.clock.seed),
+        radius_m: scenario.template.radius_m,
+        obstacles: &Surfaces::new(&scenario.obstacles),
+        starts: bodies,
+        goals: &[],
+    };
+    let places = root.node(Root::layout).and_then(|node| layout::places(node, &around, &mut report));
+    report.finish().map(|_| places.unwrap_or_default())
 }
 
 /// What is wrong with a goal for a robot of a running fleet, if anything is.

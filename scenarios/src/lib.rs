@@ -33,7 +33,7 @@ mod walk;
 mod warnings;
 mod wheels;
 
-pub use add::{NewRobot, add_robot, goal_problem};
+pub use add::{NewLayout, NewRobot, add_robot, goal_problem, places};
 pub use catalog::{CatalogEntry, UnknownScenario, catalog, find_catalog};
 pub use draft::{Draft, DraftValue};
 pub use paper::{Expectation, Paper, Results};

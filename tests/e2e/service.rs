@@ -340,3 +340,45 @@ fn what_keeps_a_fleet_from_starting_is_said_to_the_caller() {
     up(&["--name", "f"]).expect_failure(3, &["state", "--state"]);
     shoal(&["up", "nowhere"]).expect_failure(2, &["nowhere"]);
 }
+
+#[test]
+fn robots_come_and_go_in_a_fleet_that_is_left_running() {
+    let service = Service::up(3);
+    let area = ["--set", "x_m=[-0.5, 2.5]", "--set", "y_m=[4.8, 5.6]"];
+    let add = |more: &[&str]| service.ask(&[&["add", "--layout", "random"], &area[..], more].concat());
+    add(&["--count", "0"]).expect_failure(2, &["--count 0"]);
+    add(&["--count", "2", "--id", "x"]).expect(2);
+    add(&["--count", "9", "--set", "spread_m=5"]).expect_failure(2, &["no room"]);
+    let added = add(&["--count", "3", "--format", "json"]).expect(0).report;
+    let robots = added["robots"].as_array().unwrap_or_else(|| panic!("{added:#}"));
+    assert_eq!(robots.iter().map(|robot| robot["slot"].clone()).collect::<Vec<_>>(), [3, 4, 5], "{added:#}");
+    assert_eq!(added["failures"].as_array().map(Vec::len), Some(0), "{added:#}");
+    assert!(robots.iter().all(|robot| robot["joined_ms"].as_f64() > Some(1.0)), "{added:#}");
+
+    // A task that was sent to a robot by name fails with it; one for which it was chosen goes to another one.
+    let name = robots[0]["robot"].as_str().unwrap();
+    let pid = service.agent(name).unwrap();
+    service.json(&["task", "send", name, "0,5.2", "--id", "by-name"]);
+    let chosen = service.json(&["task", "send", "--assign", "nearest", "2.5,0", "--id", "chosen"]);
+    let chosen = chosen["robot"].as_str().unwrap().to_owned();
+    let removed = service.json(&["remove", &chosen]);
+    assert_eq!((&removed["schema"], &removed["robot"]), (&"shoal.remove/1".into(), &chosen.as_str().into()));
+    let task = service.json(&["task", "show", "chosen"]);
+    let holder = task["tasks"][0]["robot"].as_str().unwrap();
+    assert!(holder != chosen || task["tasks"][0]["state"] == "done", "{task:#}");
+    service.ask(&["task", "wait", "chosen", "--timeout", "60s"]).expect(0);
+    service.json(&["remove", name]);
+    wait_for("its process to end", || is_gone(pid).then_some(()));
+    let task = service.json(&["task", "show", "by-name"]);
+    assert!(["done", "failed"].contains(&task["tasks"][0]["state"].as_str().unwrap()), "{task:#}");
+
+    let again = service.json(&["add", "--id", name, "--start", "1.2,1", "--goal", "1.2,1"]);
+    assert_eq!((&again["slot"], &again["incarnation"]), (&robots[0]["slot"], &1.into()), "{again:#}");
+    service.json(&["down"]);
+    assert_clean(&service.root);
+    if let Some(events) = service
+        .sql(&format!("SELECT name FROM event WHERE robot = '{name}' AND name IN ('joined', 'left') ORDER BY id"))
+    {
+        assert_eq!(events, "joined\nleft\njoined", "the database has both");
+    }
+}

@@ -114,7 +114,12 @@ pub struct MetricsArgs {
 #[command(after_help = "\
 Examples:
   shoal add --start 0,-8 --goal 0,8
-  shoal add --id scout --start -3,0 --goal 3,0 --kind unicycle --yaw 1.57")]
+  shoal add --id scout --start -3,0 --goal 3,0 --kind unicycle --yaw 1.57
+  shoal add --count 5 --layout random
+  shoal add --count 8 --layout ring --set radius_m=4 --set center_m=[0,2]
+
+It returns when the robot takes part, hears all robots in its range, and is
+heard by them. Layouts are those of `[layout]` in scenarios.")]
 pub struct AddArgs {
     /// Which fleet.
     #[command(flatten)]
@@ -124,13 +129,27 @@ pub struct AddArgs {
     pub id: Option<String>,
     /// Start position, m
     #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
-    pub start: [f64; 2],
+    #[arg(required_unless_present = "layout")]
+    pub start: Option<[f64; 2]>,
     /// Goal position, m, and for a unicycle or diff-drive its heading there, rad
     #[arg(long, value_name = "X,Y[,YAW]", value_parser = parse_pose, allow_hyphen_values = true)]
-    pub goal: Pose,
+    #[arg(required_unless_present = "layout")]
+    pub goal: Option<Pose>,
     /// Heading at the start, rad; by default towards the goal
     #[arg(long, value_name = "RAD", value_parser = parse_number, allow_hyphen_values = true)]
     pub yaw: Option<f64>,
+    /// Number of robots
+    #[arg(long, value_name = "N", requires = "layout")]
+    pub count: Option<usize>,
+    /// Pattern of their starts and goals
+    #[arg(long, value_name = "LAYOUT", requires = "count", conflicts_with_all = ["id", "start", "goal", "yaw"])]
+    pub layout: Option<String>,
+    /// A key of the layout, such as `radius_m=4`
+    #[arg(long, value_name = "KEY=VALUE", requires = "layout")]
+    pub set: Vec<String>,
+    /// Seed of what is random in the layout; by default that of the scenario
+    #[arg(long, value_name = "SEED", requires = "layout")]
+    pub seed: Option<u64>,
     /// Planner; by default the one of the scenario's defaults
     #[arg(long, value_name = "NAME")]
     pub planner: Option<String>,

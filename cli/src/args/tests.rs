@@ -63,7 +63,7 @@ fn run_takes_what_the_contract_says() {
 fn negative_places_are_values_not_options() {
     let Ok(Verb::Add(add)) = parse("shoal add --start -3,-4 --goal -1,2 --yaw -1.5") else { panic!() };
     let goal = Pose { at_m: [-1.0, 2.0], yaw_rad: None };
-    assert_eq!((add.start, add.goal, add.yaw), ([-3.0, -4.0], goal, Some(-1.5)));
+    assert_eq!((add.start, add.goal, add.yaw), (Some([-3.0, -4.0]), Some(goal), Some(-1.5)));
     for line in ["shoal task send r03 -4,2 --now", "shoal task send --now r03 -4,2"] {
         let Ok(Verb::Task(TaskVerb::Send(send))) = parse(line) else { panic!("{line}") };
         let goal = Pose { at_m: [-4.0, 2.0], yaw_rad: None };

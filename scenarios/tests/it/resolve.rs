@@ -355,6 +355,32 @@ fn a_new_robot_is_like_the_defaults() {
 }
 
 #[test]
+fn a_layout_for_a_running_fleet_has_the_keys_of_a_scenario() {
+    let scenario = scenario(&alone(""));
+    let layout = |kind: &str, robots, set: &[&str]| NewLayout {
+        kind: kind.to_owned(),
+        robots,
+        set: set.iter().map(|text| (*text).to_owned()).collect(),
+        seed: Some(7),
+    };
+    let ring = places(&scenario, &layout("ring", 4, &["radius_m=2", "center_m=[1, 0]"]), &[]).unwrap();
+    assert_eq!(ring.len(), 4);
+    assert!((ring[0][0] - Point2::new(3.0, 0.0)).norm() < 1e-9 && (ring[0][1] - ring[2][0]).norm() < 1e-9, "{ring:?}");
+    // A random one keeps clear of where robots are now.
+    let within = ["x_m=[0, 1.5]", "y_m=[0, 1.5]"];
+    let [[start, _]] = places(&scenario, &layout("random", 1, &within), &[]).unwrap()[..] else { panic!("one") };
+    let body = geometry::Capsule::disc(start, 0.3);
+    let [[other, _]] = places(&scenario, &layout("random", 1, &within), &[body]).unwrap()[..] else { panic!("one") };
+    assert!((other - start).norm() > 0.3 + scenario.template.radius_m, "{start} {other}");
+    let wrong = |layout: NewLayout| places(&scenario, &layout, &[]).expect_err("it is wrong").to_string();
+    assert!(wrong(layout("rign", 4, &[])).contains("ring"));
+    assert!(wrong(layout("ring", 4, &[])).contains("radius_m"));
+    assert!(wrong(layout("ring", 0, &["radius_m=2"])).contains("--count 0"));
+    assert!(wrong(layout("ring", 4, &["radius_m=2", "spacing_m=2"])).contains("--set spacing_m=2"));
+    assert!(wrong(layout("ring", 4, &["radius"])).contains("--set radius"));
+}
+
+#[test]
 fn a_new_robot_is_checked_like_any_other() {
     let obstacle = "[[obstacle]]\nshape = \"disc\"\ncenter_m = [3, 0]\nradius_m = 0.5\n";
     let scenario = scenario(&format!("{}{obstacle}", alone("")));
