@@ -137,6 +137,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::disallowed_methods, reason = "the test writes what another process would")]
     fn a_number_that_was_given_to_another_process_deceives_nobody() {
         let address = Address::create().unwrap();
         let this = Maker::this().to_string();

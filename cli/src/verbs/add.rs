@@ -125,7 +125,6 @@ fn join(address: &Address, new: NewRobot) -> Result<Joined, Failure> {
 
 /// All at the same time: each waits until its robot hears its neighbours.
 fn join_all(address: &Address, new: &[NewRobot]) -> Vec<Result<Joined, Failure>> {
-    #[expect(clippy::disallowed_methods, reason = "each request waits for its own answer")]
     std::thread::scope(|scope| {
         let asked: Vec<_> = new.iter().map(|new| scope.spawn(|| join(address, new.clone()))).collect();
         let failed = || Err(Failure::environment("the request ended without an answer"));
