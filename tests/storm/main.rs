@@ -21,6 +21,8 @@
 //! | `World::close` ignores the command of a robot whose death has been reported | 2 | 442 | a robot that was given a command and stands |
 //! | `World::close` lets robots in that are due | 0 | 986 | a change in the middle of a tick |
 //! | `Order::Remove` drops the tasks for its robot that came with it | 6 | 163 | a request that stays unanswered |
+//! | `Member::come_again` counts the lives of a slot from 0 again | 1 | 283 | an instance that is started twice |
+//! | `World::leave` does not drop the tasks of the robot first | 4 | 164 | a robot that does not know what it was given |
 
 mod agent;
 mod checks;
