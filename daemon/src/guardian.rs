@@ -8,7 +8,7 @@
 //! a process group, which may be given to others as soon as the group is empty.
 //!
 //! A fleet that is left running goes on without its daemon, and its guardian waits for another daemon, which brings a guardian
-//! of its own. Only where the world has ended as well, and no daemon comes within [`GRACE`], is the fleet ended.
+//! of its own. Only where the world has ended as well, and no daemon comes within `GRACE`, is the fleet ended.
 
 use crate::error::{Error, Kind};
 use bus::{Address, Helm, Helmsman, Lease, clean, helm};
