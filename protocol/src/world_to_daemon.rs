@@ -98,6 +98,8 @@ pub enum Standing {
     Held,
     /// It will not come back.
     Dead,
+    /// The same, because its restart limit is reached.
+    RestartLimit,
     /// It has left.
     Left,
 }

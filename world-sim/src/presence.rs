@@ -375,6 +375,7 @@ impl Presence {
             State::Present { .. } => Standing::Present,
             State::Paused { .. } => Standing::Paused { goes_on: self.told },
             State::Held { .. } => Standing::Held,
+            State::Dead { returns: None } if self.restarts.limit_is_reached() => Standing::RestartLimit,
             State::Dead { returns: None } | State::Dropped => Standing::Dead,
             State::Left => Standing::Left,
         })

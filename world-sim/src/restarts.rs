@@ -29,16 +29,23 @@ pub(crate) struct Restarts {
     policy: Restart,
     /// The ticks of those in the window, the oldest first; no more than the limit.
     at: Vec<u64>,
+    /// The newest end was not followed by a restart, although the policy wants one.
+    at_limit: bool,
 }
 
 impl Restarts {
     pub(crate) fn new(policy: Restart) -> Restarts {
-        Restarts { policy, at: Vec::new() }
+        Restarts { policy, at: Vec::new(), at_limit: false }
     }
 
     /// The number of restarts in the window.
     pub(crate) fn recent(&self) -> u32 {
         self.at.len() as u32
+    }
+
+    /// Whether there is no further restart because there have been too many.
+    pub(crate) fn limit_is_reached(&self) -> bool {
+        self.at_limit
     }
 
     pub(crate) fn policy(&self) -> &Restart {
@@ -58,7 +65,8 @@ impl Restarts {
         if let Some(window) = self.policy.window_ticks {
             self.at.retain(|at| tick.saturating_sub(*at) < window);
         }
-        if self.recent() >= self.policy.limit {
+        self.at_limit = self.recent() >= self.policy.limit;
+        if self.at_limit {
             return Verdict::LimitReached;
         }
         let delay = self.policy.delay_ticks as f64 * self.policy.backoff.powi(self.at.len() as i32);

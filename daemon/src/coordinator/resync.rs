@@ -130,10 +130,9 @@ impl Coordinator {
             Standing::Awaited { told: true } if member.state == ProcessState::Awaited => self.expect(instance),
             // It was started once, and an instance is not started twice.
             Standing::Awaited { told: true } => self.died_unseen(instance),
-            Standing::Dead => {
-                if member.state != ProcessState::RestartLimit {
-                    member.state = ProcessState::Dead;
-                }
+            Standing::Dead | Standing::RestartLimit => {
+                let is_at_limit = standing == Standing::RestartLimit;
+                member.state = if is_at_limit { ProcessState::RestartLimit } else { ProcessState::Dead };
                 self.signal(instance, Signal::Kill, None);
             }
             Standing::Left => (member.state, member.lives) = (ProcessState::Left, instance.incarnation + 1),

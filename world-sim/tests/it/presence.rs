@@ -6,7 +6,7 @@ use model::{
     TaskId, TaskStep, TimelineAction,
 };
 use protocol::daemon_to_world::{Absence, Order, Ticket};
-use protocol::world_to_daemon::Notice;
+use protocol::world_to_daemon::{Notice, Standing};
 use protocol::world_to_robot::Odometry;
 
 /// Two robots far from their goals.
@@ -166,9 +166,10 @@ fn a_robot_whose_restart_limit_is_reached_stays_dead_and_the_daemon_is_told() {
     let first = "0:Expect@0.0 0:Entered.0 2:Expect@3.1 3:Entered.1";
     for ticks in [None, Some(3)] {
         let story = format!("{first} 4:RestartLimit.1");
-        let driver = check(window(ticks), vec![], ends.clone(), &[(0, 1, 0), (3, 3, 1)], &story);
+        let mut driver = check(window(ticks), vec![], ends.clone(), &[(0, 1, 0), (3, 3, 1)], &story);
         assert_eq!(driver.logged(EventName::RestartLimit, 0), [4]);
         assert_eq!(driver.world.outcome().robots[0].gone, Some(Gone::Dead));
+        assert_eq!(standing(&mut driver), Standing::RestartLimit);
         let limit = EventKind::RestartLimit { restarts: 1, window_ticks: ticks };
         assert!(driver.world.events().iter().any(|event| event.kind == limit));
     }
@@ -177,8 +178,20 @@ fn a_robot_whose_restart_limit_is_reached_stays_dead_and_the_daemon_is_told() {
     let driver = check(window(Some(2)), vec![], ends, &[(0, 1, 0), (3, 3, 1), (5, 5, 2), (7, 19, 3)], &story);
     assert_eq!(driver.logged(EventName::RestartLimit, 0), []);
     // Without a policy there is no limit to reach.
-    let driver = check(pair(), vec![], vec![(2, absent(0, DIED))], &[(0, 1, 0)], "0:Expect@0.0 0:Entered.0");
+    let mut driver = check(pair(), vec![], vec![(2, absent(0, DIED))], &[(0, 1, 0)], "0:Expect@0.0 0:Entered.0");
     assert_eq!(driver.logged(EventName::RestartLimit, 0), []);
+    assert_eq!(standing(&mut driver), Standing::Dead);
+}
+
+/// What a daemon that has just come is told of robot 0.
+fn standing(driver: &mut Driver) -> Standing {
+    driver.world.order(Order::Resync(1));
+    driver.open();
+    let standings = driver.notices.iter().find_map(|(_, notice)| match notice {
+        Notice::Standings(standings) => Some(standings),
+        _ => None,
+    });
+    standings.expect("the world answers").robots[0].1
 }
 
 #[test]

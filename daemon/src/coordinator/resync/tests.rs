@@ -87,6 +87,18 @@ fn what_ended_unseen_is_told_and_what_is_wanted_is_started() {
 }
 
 #[test]
+fn a_robot_at_its_restart_limit_stays_that_for_a_new_daemon() {
+    for (standing, expected) in
+        [(Standing::RestartLimit, ProcessState::RestartLimit), (Standing::Dead, ProcessState::Dead)]
+    {
+        let mut coordinator = both();
+        says(&mut coordinator, &[(instance(0, 0), standing), (instance(1, 0), Standing::Present)]);
+        coordinator.exited(instance(0, 0), killed(), None, None);
+        assert_eq!(coordinator.members()[0].state, expected);
+    }
+}
+
+#[test]
 fn a_life_that_was_to_come_comes_when_the_one_before_is_gone() {
     let mut coordinator = both();
     let stands = [(instance(0, 1), Standing::Awaited { told: true }), (instance(1, 0), Standing::Present)];
