@@ -7,6 +7,7 @@ use crate::logs::Logs;
 pub use crate::logs::Spoken;
 use crate::rlimits::limit;
 use crate::scheduling::schedule;
+use crate::signals::with_children_heard;
 use bus::{Address, Gate};
 use model::{ProcessState, Processes, RobotInstance};
 use report::ProcessFacts;
@@ -151,7 +152,7 @@ impl Children {
         }
         let log = self.logs.create(&log_of(who), speaker)?;
         command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
-        let id = command.spawn()?.id();
+        let id = with_children_heard(|| command.spawn())?.id();
         let pid = pid_of(id).expect("a spawned process has a positive id");
         self.group.get_or_insert(pid);
         self.alive.insert(pid.as_raw_pid(), self.all.len());

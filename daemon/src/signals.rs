@@ -81,6 +81,24 @@ fn let_go(before: &sigset_t) {
     unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, before, std::ptr::null_mut()) };
 }
 
+/// Starts a process that hears of the end of its children: what this one holds back, a child inherits, and a shell that does not
+/// hear of SIGCHLD waits for its children for ever. (A hook between fork and exec would have the C library try a shell where the
+/// kernel refuses a file.)
+pub(crate) fn with_children_heard<T>(start: impl FnOnce() -> T) -> T {
+    let mut before = MaybeUninit::<sigset_t>::uninit();
+    // SAFETY: the set is initialised, and the call fills `before` in.
+    let before = unsafe {
+        libc::pthread_sigmask(libc::SIG_UNBLOCK, &set_of(&[SIGCHLD]), before.as_mut_ptr());
+        before.assume_init()
+    };
+    let started = start();
+    let_go(&before);
+    // The end of a child that was told of meanwhile is lost, because this process ignores it: so it looks once more.
+    // SAFETY: asks for the number of this process, which exists.
+    unsafe { libc::kill(libc::getpid(), SIGCHLD) };
+    started
+}
+
 /// Installs handlers for [`ENDINGS`] while these signals wait. Between the kernel's learning of a new handler and the
 /// handler's learning what to do, a signal would be swallowed.
 pub fn held_back<T>(install: impl FnOnce() -> T) -> T {

@@ -82,6 +82,21 @@ fn agents_behind_wrappers_work_and_every_signal_reaches_them() {
     }
 }
 
+/// A shell that is not told of the end of its children waits for them until the start limit is over.
+#[test]
+fn an_agent_hears_of_the_end_of_its_children() {
+    let dir = TempDir::new().unwrap();
+    let held = dir.path().join("held");
+    // Without a process of its own, for which it would hold back signals itself.
+    let read = format!("while read name mask; do [ \"$name\" != SigBlk: ] || echo $mask > {}; done", held.display());
+    let text = format!("#!/bin/sh\n{read} < /proc/$$/status\nexec {SHOAL} agent \"$@\"\n");
+    let agent = script(dir.path(), "tells", &text);
+    Run::scenario(&wrapped(2, 1.0, &agent)).mode("lockstep").finish().expect(0);
+    let held = std::fs::read_to_string(held).unwrap();
+    let mask = u64::from_str_radix(held.trim(), 16).unwrap();
+    assert_eq!(mask >> (Signal::CHILD.as_raw() - 1) & 1, 0, "SIGCHLD is held back: {held}");
+}
+
 /// The process of the agent itself, by its announcement.
 fn agent_of(fleet: &mut crate::support::Fleet, slot: u32) -> u32 {
     let gate = fleet.gate();
@@ -115,7 +130,8 @@ fn a_wrapped_agent_is_stopped_shown_and_gone_with_its_daemon() {
 #[test]
 fn a_wrapper_that_does_not_stay_is_told_so() {
     let dir = TempDir::new().unwrap();
-    let text = format!("#!/bin/sh\nsetsid {SHOAL} agent \"$@\" &\n");
+    // It goes before the agent can be ready, however busy the machine is.
+    let text = format!("#!/bin/sh\nsetsid sh -c 'sleep 1; exec {SHOAL} agent \"$@\"' sh \"$@\" &\n");
     let leaves = script(dir.path(), "leaves", &text);
     let ended = Run::scenario(&wrapped(2, 1.0, &leaves)).mode("lockstep").finish().expect(1);
     impaired(&ended, &["b was not-started", "a wrapper has to stay"]);

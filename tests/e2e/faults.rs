@@ -222,6 +222,8 @@ fn an_agent_that_ends_without_a_failure_is_restarted_by_the_policy_always_alone(
             std::fs::write(dir.path().join(format!("end-{life}")), "").unwrap();
         }
         wait_for("what `ps` shows", || (b()["state"] == word).then_some(()));
+        // The daemon knows of a death before the world does.
+        fleet.wait_said("b died: exit code 0");
         signal(fleet.daemon(), Signal::INT);
         let ended = fleet.wait().expect(130);
         assert_eq!(ended.event("died", "b")["detail"], "exit code 0", "{ended}");
