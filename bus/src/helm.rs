@@ -10,11 +10,15 @@ use crate::{Address, BusError, Result};
 use rustix::fs::{FlockOperation, Mode, OFlags, flock, ftruncate, open};
 use rustix::io::Errno;
 use std::os::fd::OwnedFd;
+use std::time::Duration;
 
 /// The daemon's file.
 const DAEMON: &str = "daemon.pid";
 /// The world's file.
 const WORLD: &str = "world.pid";
+
+/// The file in the root of a fleet that says for how long it may be without a daemon, s.
+pub const ORPHAN_LIMIT_FILE: &str = "orphan_limit_s";
 
 /// The daemon's place at a fleet, taken.
 #[derive(Debug)]
@@ -105,6 +109,12 @@ pub fn sign_world(address: &Address) -> Result<()> {
 pub fn living_world(address: &Address) -> Option<u32> {
     let process: Maker = read(address, WORLD)?.parse().ok()?;
     process.may_live().then(|| process.pid())
+}
+
+/// How long a fleet may be without a daemon; `None`: for ever.
+pub fn orphan_limit(address: &Address) -> Option<Duration> {
+    let seconds = read(address, ORPHAN_LIMIT_FILE)?.trim().parse().ok()?;
+    Duration::try_from_secs_f64(seconds).ok()
 }
 
 fn read(address: &Address, name: &str) -> Option<String> {

@@ -8,7 +8,8 @@
 //! a process group, which may be given to others as soon as the group is empty.
 //!
 //! A fleet that is left running goes on without its daemon, and its guardian waits for another daemon, which brings a guardian
-//! of its own. Only where the world has ended as well, and no daemon comes within `GRACE`, is the fleet ended.
+//! of its own. Only where the world has ended as well, and no daemon comes within `GRACE`, is the fleet ended; or where it has
+//! been without a daemon for longer than it was told to be (`shoal up --orphan-limit`).
 
 use crate::error::{Error, Kind};
 use bus::{Address, Helm, Helmsman, Lease, clean, helm};
@@ -83,15 +84,16 @@ fn wait_for_end(address: &Address) {
 }
 
 /// Waits for another daemon, or for the end of a fleet that is left running: `None`. The daemon's place, if the fleet has
-/// neither a daemon nor a world for too long. Meanwhile logs are kept small.
+/// neither a daemon nor a world for too long, or no daemon for longer than it may. Meanwhile logs are kept small.
 fn wait_for_daemon(address: &Address) -> Option<Helm> {
-    let mut alone = Duration::ZERO;
+    let limit = helm::orphan_limit(address).unwrap_or(Duration::MAX);
+    let (mut alone, begun) = (Duration::ZERO, crate::processes::now());
     while address.root().exists() {
         if Helmsman::of(address).is_some_and(|daemon| daemon.lives()) {
             return None;
         }
         alone = if helm::living_world(address).is_some() { Duration::ZERO } else { alone + LOOK };
-        if alone > GRACE
+        if (alone > GRACE || crate::processes::now().saturating_sub(begun) > limit)
             && let Ok(Some(helm)) = Helm::take(address)
         {
             return Some(helm);

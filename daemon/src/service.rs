@@ -10,6 +10,8 @@ pub use state::{StateDir, check_name, default_state};
 pub use store::{Batch, EventRow, FILE as DATABASE_FILE, RobotRow, Store};
 pub use time::{parse_time, wall_ms, written};
 
+use std::time::Duration;
+
 /// A fleet that is left running.
 pub struct Service {
     /// Its name.
@@ -20,6 +22,8 @@ pub struct Service {
     pub store: Store,
     /// Its log.
     pub log: LogFile,
+    /// How long the fleet may be without a daemon before its guardian ends it; `None`: for ever.
+    pub orphan_limit: Option<Duration>,
 }
 
 impl Service {
@@ -30,6 +34,6 @@ impl Service {
     pub fn open(name: &str, state: StateDir) -> Result<Service, crate::Error> {
         let store = Store::open(state.path())?;
         let log = LogFile::open(state.path())?;
-        Ok(Service { name: name.to_owned(), state, store, log })
+        Ok(Service { name: name.to_owned(), state, store, log, orphan_limit: None })
     }
 }

@@ -125,6 +125,21 @@ fn neither_daemon_nor_world_is_needed_to_begin_again() {
 }
 
 #[test]
+fn a_fleet_ends_when_it_has_been_without_a_daemon_for_as_long_as_it_may() {
+    let mut service = Service::up(2);
+    service.json(&["down"]);
+    let mut command = service.command();
+    command.args(["--detach", "--orphan-limit", "0.5s"]);
+    service.start_by(command);
+    let all = processes_of(&service.root);
+    assert!(all.len() > 3, "{all:?}");
+    signal(service.daemon(), Signal::KILL);
+    wait_for("the end of the fleet", || (!service.root.exists()).then_some(()));
+    wait_for("the end of its processes", || all.iter().all(|process| is_gone(process.pid)).then_some(()));
+    assert_clean(&service.root);
+}
+
+#[test]
 fn robots_end_when_nobody_looks_after_their_fleet() {
     let service = Service::up(2);
     let all = processes_of(&service.root);

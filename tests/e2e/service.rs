@@ -82,7 +82,7 @@ impl Service {
         assert_eq!(self.root, root, "it is the same fleet");
     }
 
-    fn start_by(&mut self, command: Command) {
+    pub(crate) fn start_by(&mut self, command: Command) {
         self.up = run(command).expect(0).report;
         self.root =
             format!("/dev/shm/shoal-{}-{}", rustix::process::geteuid().as_raw(), self.up["fleet"].as_str().unwrap())

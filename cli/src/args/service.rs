@@ -38,6 +38,9 @@ pub struct UpArgs {
     /// State directory; by default $XDG_STATE_HOME/shoal/NAME or ~/.local/state/shoal/NAME
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
+    /// End the fleet if it has no daemon for this long, as in 10m; by default it goes on
+    #[arg(long, value_name = "TIME", value_parser = parse_duration, allow_hyphen_values = true)]
+    pub orphan_limit: Option<f64>,
     /// Run in the background; return when the fleet runs
     #[arg(long)]
     pub detach: bool,

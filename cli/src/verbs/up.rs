@@ -16,6 +16,7 @@ use model::{Mode, Scenario, Stop};
 use scenarios::Overrides;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The newest report, in the state directory.
 const REPORT_FILE: &str = "report.json";
@@ -36,7 +37,7 @@ pub fn run(options: &UpArgs) -> Result<i32, Failure> {
     }
     match detach::detach()? {
         Side::Caller(hearing) => heard(options, &hearing.hear(), &fleet.state()?),
-        Side::Daemon(saying) => Ok(in_background(fleet, saying)),
+        Side::Daemon(saying) => Ok(in_background(fleet, orphan_limit(options), saying)),
     }
 }
 
@@ -96,12 +97,13 @@ impl Fleet {
     }
 
     /// Takes its state directory, and the daemon's place if it runs.
-    fn take(self) -> Result<Taken, daemon::Error> {
+    fn take(self, orphan_limit: Option<Duration>) -> Result<Taken, daemon::Error> {
         Ok(match self {
             Fleet::New { scenario, name, state } => {
-                Taken::New(scenario, Service::open(&name, StateDir::take(&state)?)?)
+                let service = Service::open(&name, StateDir::take(&state)?)?;
+                Taken::New(scenario, Service { orphan_limit, ..service })
             }
-            Fleet::Orphan(entry) => Taken::Orphan(Orphan::take(entry.address)?),
+            Fleet::Orphan(entry) => Taken::Orphan(Orphan::take(entry.address)?, orphan_limit),
         })
     }
 }
@@ -109,7 +111,7 @@ impl Fleet {
 /// A fleet for which this process is the only one to look after it.
 enum Taken {
     New(Box<Scenario>, Service),
-    Orphan(Orphan),
+    Orphan(Orphan, Option<Duration>),
 }
 
 impl Taken {
@@ -117,7 +119,7 @@ impl Taken {
     fn serve(self, watch: &mut dyn Watch) -> Result<supervisor::Finished, daemon::Error> {
         match self {
             Taken::New(scenario, service) => supervisor::serve(*scenario, service, watch),
-            Taken::Orphan(orphan) => orphan.serve(watch),
+            Taken::Orphan(orphan, orphan_limit) => orphan.serve(orphan_limit, watch),
         }
     }
 }
@@ -175,7 +177,7 @@ fn refuse_second(name: &str) -> Result<(), Failure> {
 
 fn in_foreground(options: &UpArgs, fleet: Fleet) -> Result<i32, Failure> {
     let (name, state, terminal) = (fleet.name().to_owned(), fleet.state()?, Terminal::new(&fleet.scenario()?));
-    let taken = fleet.take()?;
+    let taken = fleet.take(orphan_limit(options))?;
     // Absolute, and there.
     let state = std::fs::canonicalize(&state).unwrap_or(state);
     let mut watch = Foreground { terminal, format: options.format, name: &name, state: state.clone() };
@@ -186,11 +188,15 @@ fn in_foreground(options: &UpArgs, fleet: Fleet) -> Result<i32, Failure> {
     Ok(code)
 }
 
+fn orphan_limit(options: &UpArgs) -> Option<Duration> {
+    options.orphan_limit.map(|seconds| Duration::from_secs_f64(seconds.min(1e9)))
+}
+
 /// A daemon in the background. It says one word to its caller, and then writes to the log alone.
-fn in_background(fleet: Fleet, saying: Saying) -> i32 {
+fn in_background(fleet: Fleet, orphan_limit: Option<Duration>, saying: Saying) -> i32 {
     let serve = move |saying: &mut Option<Saying>| -> Result<i32, Failure> {
         let (name, state) = (fleet.name().to_owned(), fleet.state()?);
-        let taken = fleet.take()?;
+        let taken = fleet.take(orphan_limit)?;
         let state = std::fs::canonicalize(&state).unwrap_or(state);
         detach::leave_terminal(&state.join(ERRORS_FILE))?;
         let mut watch = Background { saying, name: &name, state: state.clone(), alone: false };

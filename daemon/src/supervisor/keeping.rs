@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::processes::now;
 use crate::service::{Batch, Entry, EventRow, Level, RobotRow, Service, wall_ms};
 use bus::clean::{NAME_FILE, STATE_FILE};
+use bus::helm::ORPHAN_LIMIT_FILE;
 use model::{Event, EventName, ProcessState, TaskId};
 use std::os::unix::ffi::OsStrExt;
 use std::time::Duration;
@@ -68,6 +69,9 @@ impl Supervisor {
         let open = known.iter().filter(|record| !record.state.is_final()).count();
         write_bytes(&self.address.file(STATE_FILE), service.state.path().as_os_str().as_bytes())?;
         write_bytes(&self.address.file(NAME_FILE), service.name.as_bytes())?;
+        if let Some(limit) = service.orphan_limit {
+            write_bytes(&self.address.file(ORPHAN_LIMIT_FILE), limit.as_secs_f64().to_string().as_bytes())?;
+        }
         let begun = match robots {
             Robots::New => format!("fleet {} begins: scenario `{scenario}`", self.address.id()),
             Robots::Running => format!("fleet {} has a new daemon, process {}", self.address.id(), std::process::id()),

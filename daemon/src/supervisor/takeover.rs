@@ -23,6 +23,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::PathBuf;
+use std::time::Duration;
 use world_sim::outcome_file::OutcomeFile;
 use world_sim::shell::SCENARIO_FILE;
 
@@ -67,12 +68,13 @@ impl Orphan {
         Ok(Orphan { address, helm, name, state })
     }
 
-    /// Becomes its daemon, until the end of the fleet. What keeps it from that leaves the fleet as it is.
+    /// Becomes its daemon, until the end of the fleet. What keeps it from that leaves the fleet as it is. With an
+    /// `orphan_limit` the fleet has another one from here on.
     ///
     /// # Errors
     /// When the state directory, shared memory or a process fails it; later as [`serve`](super::serve).
-    pub fn serve(self, watch: &mut dyn Watch) -> Result<Finished, Error> {
-        let service = Service::open(&self.name, self.state)?;
+    pub fn serve(self, orphan_limit: Option<Duration>, watch: &mut dyn Watch) -> Result<Finished, Error> {
+        let service = Service { orphan_limit, ..Service::open(&self.name, self.state)? };
         let bytes = read(&self.address, SCENARIO_FILE).ok_or_else(|| {
             Error::new(Kind::Memory, format!("fleet `{}`: its scenario cannot be read", self.address.id()))
         })?;
