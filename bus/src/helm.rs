@@ -23,7 +23,7 @@ pub const ORPHAN_LIMIT_FILE: &str = "orphan_limit_s";
 /// The daemon's place at a fleet, taken.
 #[derive(Debug)]
 pub struct Helm {
-    _held: OwnedFd,
+    held: OwnedFd,
 }
 
 /// The daemon of a fleet, as its file says.
@@ -51,7 +51,7 @@ impl Helm {
             Err(Errno::WOULDBLOCK) => return Ok(None),
             Err(errno) => return Err(failed(errno)),
         }
-        Ok(Some(Helm { _held: file }))
+        Ok(Some(Helm { held: file }))
     }
 
     /// Writes who has the place: this process, in these versions.
@@ -61,8 +61,8 @@ impl Helm {
     pub fn sign(&self, address: &Address, fleet_version: u32, build: &str) -> Result<()> {
         let text = format!("{} {fleet_version} {build}\n", Maker::this());
         let failed = |errno: Errno| BusError::io(&address.file(DAEMON), "become the daemon of the fleet", errno);
-        ftruncate(&self._held, 0).map_err(failed)?;
-        rustix::io::pwrite(&self._held, text.as_bytes(), 0).map_err(failed)?;
+        ftruncate(&self.held, 0).map_err(failed)?;
+        rustix::io::pwrite(&self.held, text.as_bytes(), 0).map_err(failed)?;
         Ok(())
     }
 }

@@ -84,6 +84,9 @@ impl Orphan {
         let signals = Signals::install()
             .map_err(|error| Error::new(Kind::Process, format!("signals: cannot install handlers: {error}")))?;
         let mut supervisor = Supervisor::over(&self.address, scenario, executables, signals)?;
+        if supervisor.children.world_pid().is_none() {
+            supervisor.refuse_without_world()?;
+        }
         self.helm.sign(&self.address, FLEET_VERSION, env!("CARGO_PKG_VERSION"))?;
         supervisor.helm = Some(self.helm);
         supervisor.begin_service(service, Robots::Running)?;
@@ -169,7 +172,6 @@ impl Supervisor {
             self.act(None);
             return Ok(());
         }
-        self.refuse_without_world()?;
         self.replace_world()
     }
 }

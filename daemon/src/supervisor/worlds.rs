@@ -62,6 +62,7 @@ impl Supervisor {
             && self.gate.start_ns().is_some()
             && self.asked_at.is_none()
             && !self.killed
+            && !self.gate.stopped()
             && self.failures.is_empty()
             && self.worlds.replaced.len() < RESTARTS_MAX
     }
