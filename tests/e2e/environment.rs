@@ -98,7 +98,7 @@ fn shared_memory_fills_up_while_the_fleet_runs() {
     // not started, which is said, and the fleet goes on.
     let mut add = machine.shoal();
     add.args(["add", "--fleet", &id, "--id", "late", "--start", "0,-2", "--goal", "1,-2"]);
-    run(add).expect(0);
+    run(add).expect_failure(3, &["robot `late`: not confirmed", "No space left on device"]);
     fleet.wait_said("No space left on device");
     assert!(!fleet.has_ended());
     signal(fleet.daemon(), Signal::INT);
