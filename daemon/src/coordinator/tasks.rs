@@ -117,7 +117,9 @@ impl Tasks {
     }
 
     fn find(&self, name: &str) -> Option<&TaskRecord> {
-        let id = name.parse().ok().map(TaskId).filter(|id| self.records.contains_key(id));
+        // Rust reads `+1` as a number, too.
+        let number = Some(name).filter(|name| name.bytes().all(|byte| byte.is_ascii_digit()));
+        let id = number.and_then(|name| name.parse().ok()).map(TaskId).filter(|id| self.records.contains_key(id));
         self.records.get(&id.or_else(|| self.keys.get(name).copied())?)
     }
 

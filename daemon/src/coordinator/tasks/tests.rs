@@ -173,6 +173,10 @@ fn a_task_sent_twice_under_its_name_is_one_task() {
     let again = coordinator.request(&keyed(&east, [0.0, 1.0], "a-1"), FREE_PLACE);
     assert!(matches!(again, Answer::Now(Reply::Tasked(records)) if records[0].id == TaskId(0)));
     assert_eq!(states(&mut coordinator).len(), 1);
+    // `+0` is neither its number nor its name.
+    let which = vec!["+0".to_owned()];
+    let filter = Request::Tasks(TaskFilter { which, ..all() });
+    assert!(refusal(coordinator.request(&filter, FREE_PLACE)).contains("unknown task `+0`"));
     for key in ["", "17", "a b", "a/b", "\u{e4}", "a\n", &"x".repeat(KEY_MAX + 1)] {
         assert!(
             refusal(coordinator.request(&keyed(&east, [0.0, 1.0], key), FREE_PLACE)).contains("not valid"),
