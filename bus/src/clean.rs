@@ -192,12 +192,8 @@ fn member_of(command_line: &[u8], root: &[u8]) -> Option<Option<RobotInstance>> 
         return Some(None);
     }
     let number = |word: &[u8]| std::str::from_utf8(word).ok()?.parse::<u32>().ok();
-    arguments.windows(8).find_map(|window| match window {
-        [b"--root", at, b"--slot", slot, b"--incarnation", incarnation, b"--parent", _] if *at == root => {
-            Some(Some(RobotInstance { index: RobotIndex(number(slot)?), incarnation: number(incarnation)? }))
-        }
-        _ => None,
-    })
+    let [slot, incarnation] = agent_of(&arguments, root)?;
+    Some(Some(RobotInstance { index: RobotIndex(number(slot)?), incarnation: number(incarnation)? }))
 }
 
 /// Kills all processes of this user that were started for this fleet, and waits until they have gone; how many. Not this
@@ -257,9 +253,17 @@ fn belongs_to(pid: u32, address: &Address) -> bool {
 fn is_started_for(command_line: &[u8], root: &[u8]) -> bool {
     let arguments: Vec<&[u8]> = command_line.split(|byte| *byte == 0).collect();
     let own = matches!(arguments[..], [b"shoal", _, b"--root", at, ..] if at == root);
-    own || arguments.windows(8).any(
-        |window| matches!(window, [b"--root", at, b"--slot", _, b"--incarnation", _, b"--parent", _] if *at == root),
-    )
+    own || agent_of(&arguments, root).is_some()
+}
+
+/// The slot and the incarnation in the arguments of an agent of this fleet.
+fn agent_of<'a>(arguments: &[&'a [u8]], root: &[u8]) -> Option<[&'a [u8]; 2]> {
+    arguments.windows(8).find_map(|window| match window {
+        [b"--root", at, b"--slot", slot, b"--incarnation", incarnation, b"--parent", _] if *at == root => {
+            Some([*slot, *incarnation])
+        }
+        _ => None,
+    })
 }
 
 /// Whether an environment has the mark of the fleet: what agents start inherits it.

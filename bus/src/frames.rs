@@ -1,6 +1,6 @@
 //! Whole frames for whoever watches: iceoryx2 publish-subscribe, one slice per tick.
 
-use crate::node::{Ipc, Node};
+use crate::node::{Ipc, Node, of_world};
 use crate::{BusError, Result};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -9,10 +9,6 @@ use iceoryx2::service::builder::publish_subscribe::Builder;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Factory;
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 
-/// Name of the service; a world in place of one that was killed has a service of its own.
-fn name(incarnation: u32) -> String {
-    if incarnation == 0 { "frames".to_owned() } else { format!("frames-{incarnation}") }
-}
 /// Observers at the same time, dead ones that were not cleared away included.
 const SUBSCRIBERS_MAX: usize = 8;
 /// How many frames an observer may be behind before it misses the oldest ones.
@@ -36,7 +32,7 @@ pub(crate) fn create(node: &Node, incarnation: u32) -> Result<FrameService> {
 }
 
 fn builder(node: &Node, incarnation: u32) -> Builder<[FrameBody], FrameHeader, Ipc> {
-    node.service(&name(incarnation))
+    node.service(&of_world("frames", incarnation))
         .publish_subscribe::<[FrameBody]>()
         .user_header::<FrameHeader>()
         .max_publishers(1)

@@ -79,6 +79,12 @@ impl Node {
     }
 }
 
+/// The name of a service that a world offers. What a killed world was writing can never be written again: the next one has
+/// a service of its own.
+pub(crate) fn of_world(service: &str, incarnation: u32) -> String {
+    if incarnation == 0 { service.to_owned() } else { format!("{service}-{incarnation}") }
+}
+
 /// Tells a root from one of the same name that was made later; `None` if there is none.
 fn identity(address: &Address) -> Option<(u64, u64)> {
     std::fs::symlink_metadata(address.root()).ok().map(|meta| (meta.dev(), meta.ino()))

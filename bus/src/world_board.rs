@@ -1,17 +1,12 @@
 //! What the world tells every robot: one iceoryx2 blackboard with four entries per slot and one per piece.
 
 use crate::board::{self, Board, Entry, EntryMut, Key, Watched};
-use crate::node::Node;
+use crate::node::{Node, of_world};
 use crate::{Result, Sizes};
 use iceoryx2::prelude::ZeroCopySend;
 use model::RobotIndex;
 use protocol::world_to_robot::{Impairment, NeighborList, NeighborRef, Odometry, Piece, SensedList};
 use std::cell::{Cell, RefCell};
-
-/// Name of the board. What a killed world was writing can never be written again: the next one has a board of its own.
-fn name(incarnation: u32) -> String {
-    if incarnation == 0 { "world".to_owned() } else { format!("world-{incarnation}") }
-}
 
 /// The odometry of a slot, and how often each of its lists was written: who reads the one knows whether to look at the
 /// others, which lie elsewhere.
@@ -40,7 +35,7 @@ fn key(kind: Kind, index: u32) -> Key {
 
 /// Makes the board, all of its entries empty. Its memory is written, hence reserved, here.
 pub(crate) fn create(node: &Node, sizes: Sizes, incarnation: u32) -> Result<Board> {
-    let name = name(incarnation);
+    let name = of_world("world", incarnation);
     let mut creator = board::creator(node, &name, sizes.participants_max());
     for robot in 0..sizes.max_robots {
         creator = creator
@@ -57,7 +52,7 @@ pub(crate) fn create(node: &Node, sizes: Sizes, incarnation: u32) -> Result<Boar
 
 /// Opens the board, which keeps it alive.
 pub(crate) fn open(node: &Node, incarnation: u32) -> Result<Board> {
-    board::open(node, &name(incarnation))
+    board::open(node, &of_world("world", incarnation))
 }
 
 /// The world's hand on its board. There can be one at a time, and none after a world that was killed.
@@ -77,7 +72,7 @@ impl WorldWriter {
     /// # Errors
     /// When the board is not there, or somebody else writes it.
     pub fn open(node: &Node, sizes: Sizes, incarnation: u32) -> Result<WorldWriter> {
-        let name = &name(incarnation);
+        let name = &of_world("world", incarnation);
         let writer = board::writer(&board::open(node, name)?, name)?;
         fn all<T: Copy + ZeroCopySend + 'static>(
             writer: &iceoryx2::port::writer::Writer<crate::node::Ipc, Key>,
@@ -162,7 +157,7 @@ impl WorldReader {
     /// # Errors
     /// When the board is not there, has no such robot, or has no place left for a reader.
     pub fn open(node: &Node, index: RobotIndex, incarnation: u32) -> Result<WorldReader> {
-        let name = name(incarnation);
+        let name = of_world("world", incarnation);
         let reader = board::reader(&board::open(node, &name)?, &name)?;
         Ok(WorldReader {
             odometry: board::entry(&reader, &name, key(Kind::Odometry, index.0))?,
@@ -269,7 +264,7 @@ impl WorldObserver {
     /// When the board is not there, or has no place left for a reader.
     pub fn open(node: &Node, incarnation: u32) -> Result<WorldObserver> {
         let sizes = Sizes::of(node.address())?;
-        let name = name(incarnation);
+        let name = of_world("world", incarnation);
         let reader = board::reader(&board::open(node, &name)?, &name)?;
         let odometry = (0..sizes.max_robots).map(|robot| board::entry(&reader, &name, key(Kind::Odometry, robot)));
         let odometry = odometry.collect::<Result<Vec<_>>>()?;

@@ -88,9 +88,11 @@ pub enum Verb {
     /// Add a robot to a running fleet
     Add(AddArgs),
     /// Take a robot out of a running fleet
-    Remove(RemoveArgs),
+    #[command(after_help = fleet::REMOVE_HELP)]
+    Remove(OneRobotArgs),
     /// Give a robot of a running fleet a new process
-    Restart(RestartArgs),
+    #[command(after_help = fleet::RESTART_HELP)]
+    Restart(OneRobotArgs),
     /// Send tasks to robots of a running fleet, and follow them
     #[command(subcommand, subcommand_value_name = "VERB", subcommand_help_heading = "Verbs")]
     Task(TaskVerb),

@@ -5,14 +5,18 @@
 //! (`operators.rs`), also about who is a member (`membership.rs`) and about tasks (`tasks.rs`).
 
 mod joining;
+mod member;
 mod membership;
+mod news;
 mod operators;
 mod resync;
 mod stillness;
 mod tasks;
 
 use joining::Joining;
-use model::{Event, EventName, ProcessState, RobotIndex, RobotInstance, Scenario, TaskId, TimelineAction};
+pub use member::Member;
+use model::{ProcessState, RobotIndex, RobotInstance, Scenario, TaskId, TimelineAction};
+pub use news::{News, describe};
 pub use operators::{Answer, CONFIRM_WITHIN, NOISE_EVERY, WAITING_MAX};
 use operators::{Noise, Refusal, Waiting, hint_for, refused, shown};
 use protocol::daemon_to_world::{Absence, FaultId, Order, Ticket};
@@ -90,39 +94,6 @@ pub enum Action {
     KillFleet,
 }
 
-/// What kind of news there is: those that repeat are summed up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum News {
-    /// An entry of the log.
-    Event(EventName),
-    /// The world's process was stopped.
-    WorldStopped,
-    /// The world's process goes on.
-    WorldGoesOn,
-    /// The process of a robot was stopped.
-    RobotStopped,
-    /// The process of a robot goes on.
-    RobotGoesOn,
-    /// A tick of `lockstep` waits for a robot.
-    TickWaits,
-    /// That tick goes on.
-    TickGoesOn,
-}
-
-impl std::fmt::Display for News {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            News::Event(name) => name.fmt(f),
-            News::WorldStopped => f.write_str("world-stopped"),
-            News::WorldGoesOn => f.write_str("world-goes-on"),
-            News::RobotStopped => f.write_str("robot-stopped"),
-            News::RobotGoesOn => f.write_str("robot-goes-on"),
-            News::TickWaits => f.write_str("tick-waits"),
-            News::TickGoesOn => f.write_str("tick-goes-on"),
-        }
-    }
-}
-
 /// The signals that the coordinator uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
@@ -132,34 +103,6 @@ pub enum Signal {
     Stop,
     /// SIGCONT.
     Continue,
-}
-
-/// What the coordinator knows of one robot.
-#[derive(Clone, Debug)]
-pub struct Member {
-    /// The life that runs, ran last, or is awaited.
-    pub instance: RobotInstance,
-    /// Its process, until it is reaped.
-    pub pid: Option<u32>,
-    /// Where it is.
-    pub state: ProcessState,
-    /// The life to start as soon as the present process is reaped.
-    next: Option<RobotInstance>,
-    /// The number of lives that the slot has had when its robot has left.
-    lives: u32,
-    /// The first life of the present robot.
-    first_life: u32,
-    /// An operator wants it to leave.
-    leaving: bool,
-    /// The kernel says that its process is stopped, for any reason.
-    halted: bool,
-    /// Since when it is stopped, if time was looked at before.
-    stopped_at: Option<Duration>,
-    /// When the present process was started.
-    started_at: Duration,
-    /// Since when its process is to end, because its robot has left or its next life waits for that, once the clock has
-    /// been looked at.
-    ending_since: Option<Duration>,
 }
 
 /// The pure state machine of a fleet.
@@ -465,7 +408,7 @@ impl Coordinator {
             return;
         }
         match self.members.get_mut(instance.index.at()) {
-            // Begun already, and over already: a life is started once. A world that has gone back may not know of its end.
+            // Begun already, and over already: a life is started once. A world that was not told of its end asks again.
             Some(member) if member.instance == instance && member.state == ProcessState::Dead && self.resyncs > 0 => {
                 self.died_unseen(instance);
             }
@@ -508,10 +451,10 @@ impl Coordinator {
     /// The robot has left. A life of it that has not been started yet is not wanted any more.
     fn left(&mut self, instance: RobotInstance) {
         let Some(member) = self.members.get_mut(instance.index.at()) else { return };
-        // A world that has gone back knows an older life; one that is to come after this one has not left.
+        // A world that was not told of it yet knows an older life; one that is to come after this one has not left.
         let comes = |life: RobotInstance| self.waiting.iter().any(|waiting| waiting.ticket == Ticket::Admit(life));
         let is_older = member.instance.incarnation > instance.incarnation;
-        if !is_older || self.resyncs > 0 && !comes(member.next.unwrap_or(member.instance)) {
+        if !is_older || self.resyncs > 0 && !comes(member.newest()) {
             member.state = ProcessState::Left;
             member.next = None;
             member.lives = instance.incarnation.max(member.instance.incarnation) + 1;
@@ -568,48 +511,6 @@ impl Coordinator {
             change(member);
         }
     }
-}
-
-impl Member {
-    /// How often the robot was restarted.
-    pub fn restarts(&self) -> u32 {
-        self.instance.incarnation.saturating_sub(self.first_life)
-    }
-
-    /// Whether its body may be in the world.
-    pub fn in_world(&self) -> bool {
-        use ProcessState::{Dead, Paused, RestartLimit, Running, Stopped};
-        matches!(self.state, Running | Paused | Stopped | Dead | RestartLimit)
-    }
-
-    fn new(index: RobotIndex) -> Member {
-        let instance = RobotInstance { index, incarnation: 0 };
-        Member {
-            instance,
-            pid: None,
-            state: ProcessState::Awaited,
-            next: None,
-            lives: 0,
-            first_life: 0,
-            leaving: false,
-            halted: false,
-            stopped_at: None,
-            started_at: Duration::ZERO,
-            ending_since: None,
-        }
-    }
-}
-
-/// An entry of the log, in one line for people.
-pub fn describe(scenario: &Scenario, event: &Event) -> String {
-    let name = |robot: RobotIndex| scenario.robots.get(robot.at()).map_or_else(String::new, |robot| robot.id.clone());
-    let time_s = event.tick as f64 * scenario.clock.dt_s();
-    let who = event.robot.map_or_else(String::new, |robot| format!("{} ", name(robot)));
-    let detail = match event.kind.detail(&name) {
-        detail if detail.is_empty() => detail,
-        detail => format!(": {detail}"),
-    };
-    format!("{time_s:8.2} s  {who}{}{detail}", event.kind.name())
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 use model::{MAX_ROBOTS, MAX_SHAPES, Radio, RobotIndex, RobotInstance};
+use serde::{Deserialize, Serialize};
 
 /// Most pieces that can be in sight: every piece of every obstacle, every robot, and the links of arms, whose second
 /// links count among the shapes.
@@ -65,7 +66,7 @@ impl Odometry {
 }
 
 /// A robot in radio range.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend, Serialize, Deserialize)]
 #[repr(C)]
 #[type_name("shoal.NeighborRef.v1")]
 pub struct NeighborRef {

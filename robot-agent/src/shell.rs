@@ -24,10 +24,10 @@ use std::time::Duration;
 const PATIENCE: Duration = Duration::from_millis(500);
 /// In `realtime`, boards are opened for this part of a period, and at least one: an open costs a hundred microseconds.
 const OPENING_SHARE: u64 = 8;
+/// The same for the first period of a robot in the world.
+const FIRST_OPENING_SHARE: u64 = 2;
 /// How often a robot that hears nothing of a world looks whether its fleet is still looked after, ns.
 const ORPHAN_LOOK_NS: u64 = 1_000_000_000;
-/// As much of its first period in the world.
-const FIRST_OPENING_SHARE: u64 = 2;
 /// Boards of robots that went out of range are kept open until there are this many of them: ranges are crossed back
 /// and forth, and an open costs a hundred microseconds.
 const SPARE_BOARDS: usize = 16;

@@ -279,8 +279,6 @@ pub(crate) fn tasks_survive(fleet: &mut Fleet) {
     if is_blind || fleet.shared.missed.others > 0 || fleet.world.world.outcome().events_lost > 0 {
         return;
     }
-    let world = &fleet.world.world;
-    let went_back = world.events().iter().any(|event| matches!(event.kind, EventKind::WorldRestarted { .. }));
     for record in fleet.shared.estate.records.values() {
         let done = record.steps.iter().filter(|step| step.state == TaskState::Done).count();
         assert!(done <= 1, "{record:?} was done twice");
@@ -300,8 +298,7 @@ pub(crate) fn tasks_survive(fleet: &mut Fleet) {
             TaskState::Queued => record.steps.len() > 1 && (given, ended) == (0, 0),
             TaskState::Assigned | TaskState::Active => (given, ended) == (1, 0),
             TaskState::Refused => given == 0 && record.steps.iter().all(|step| step.state != TaskState::Assigned),
-            // One that was at its end before the world went back is dropped when the world can be told.
-            TaskState::Done | TaskState::Failed | TaskState::Cancelled => given == ended || went_back,
+            TaskState::Done | TaskState::Failed | TaskState::Cancelled => given == ended,
         };
         assert!(right, "{record:?} was given {given} times, and came to an end {ended} times");
     }

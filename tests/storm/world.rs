@@ -9,6 +9,7 @@ use model::{Drive, Mode, RobotInstance, Scenario};
 use protocol::codec;
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
+use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::Odometry;
 use std::time::Duration;
 use world_sim::attendance::{Attendance, PATIENCE, command_of, command_of_tick};
@@ -47,6 +48,8 @@ pub(crate) struct WorldProcess {
     pub(crate) world: World,
     pub(crate) attendance: Attendance,
     pub(crate) notices: NoticeQueue,
+    /// Notices that are kept and not sent.
+    untold: Vec<Notice>,
     pub(crate) checks: Checks,
     mode: Mode,
     period_ns: u64,
@@ -79,6 +82,7 @@ impl WorldProcess {
             world,
             attendance: Attendance::new(slots, straggler_limit, command_timeout_ns),
             notices: NoticeQueue::default(),
+            untold: Vec::new(),
             checks: Checks::default(),
             mode: scenario.clock.mode,
             period_ns: (1e9 / scenario.clock.tick_hz).round() as u64,
@@ -110,6 +114,7 @@ impl WorldProcess {
     /// It dies, and what waits in its memory with it.
     pub(crate) fn dies(&mut self) {
         (self.stage, self.wake, self.notices) = (Stage::Dead, FOREVER, NoticeQueue::default());
+        self.untold.clear();
     }
 
     /// It has begun, and is not about to end.
@@ -135,7 +140,7 @@ impl WorldProcess {
     }
 
     fn await_due(&mut self, shared: &mut Shared) {
-        self.take_orders(shared);
+        self.take_orders_and_answer(shared);
         let (memory, attendance) = (&shared.memory, &self.attendance);
         let misses = attendance.misses(&mut self.world, &|instance| memory.is_ready(instance));
         let due = self.world.due().iter().copied();
@@ -167,7 +172,7 @@ impl WorldProcess {
     }
 
     fn meet(&mut self, begun_ns: u64, shared: &mut Shared) {
-        self.take_orders(shared);
+        self.take_orders_and_answer(shared);
         let misses = self.attendance.misses(&mut self.world, &|instance| shared.memory.has_met(instance));
         if misses && shared.now - begun_ns <= self.straggler_limit_ns && !self.over() {
             return;
@@ -195,7 +200,7 @@ impl WorldProcess {
                 self.attendance
                     .give_up(&mut self.world, instance, Absence::Overdue, &|instance| memory.signs(instance));
             }
-            self.take_orders(shared);
+            self.take_orders_and_answer(shared);
             let memory = &shared.memory;
             self.attendance.missing(&self.world, &|instance| memory.answered(instance, tick), &mut self.missing);
             if !self.missing.is_empty() {
@@ -254,8 +259,6 @@ impl WorldProcess {
     fn close_period(&mut self, shared: &mut Shared) {
         self.close_tick(shared);
         self.take_orders(shared);
-        self.send_notices(shared);
-        shared.estate.leave(&self.world);
         self.begin_period(shared);
     }
 
@@ -300,6 +303,10 @@ impl WorldProcess {
         }
         memory.tick = Some(self.world.tick());
         let notices = self.send_notices(shared);
+        if shared.dice.permille(500) {
+            // A large fleet leaves its state less often than every tick.
+            shared.estate.leave(&self.world);
+        }
         self.checks.opened(&self.world, &notices);
         shared.coverage.ticks += 1;
     }
@@ -330,17 +337,29 @@ impl WorldProcess {
             let memory = &shared.memory;
             self.attendance.take(&mut self.world, order, &|instance| memory.signs(instance));
         }
+    }
+
+    fn take_orders_and_answer(&mut self, shared: &mut Shared) {
+        self.take_orders(shared);
         self.send_notices(shared);
     }
 
-    fn send_notices(&mut self, shared: &mut Shared) -> Vec<protocol::world_to_daemon::Notice> {
+    fn send_notices(&mut self, shared: &mut Shared) -> Vec<Notice> {
         let notices = self.world.take_notices();
-        for notice in &notices {
-            let bytes = codec::encode(notice).expect("it can be encoded");
+        if notices.iter().any(|notice| !matches!(notice, Notice::Log(_))) {
+            shared.estate.leave(&self.world);
+        }
+        self.untold.extend(notices.iter().cloned());
+        // A world that dies between the two has kept what it has not told.
+        if shared.estate.keeps && self.runs() && shared.dice.permille(100) {
+            return notices;
+        }
+        for notice in std::mem::take(&mut self.untold) {
+            let bytes = codec::encode(&notice).expect("it can be encoded");
             shared.note_bytes(&bytes);
             shared.tell(|| format!("world {} -> {notice:?}", self.world.tick()));
             self.flush(shared);
-            match self.notices.send(notice, bytes, &mut |bytes| shared.notices.push(bytes)) {
+            match self.notices.send(&notice, bytes, &mut |bytes| shared.notices.push(bytes)) {
                 Sent::Pushed | Sent::Waits => {}
                 Sent::LeftOut => shared.missed.entries += 1,
                 Sent::Lost => shared.missed.others += 1,
@@ -358,8 +377,8 @@ impl WorldProcess {
     fn begin_leaving(&mut self, shared: &mut Shared) {
         self.take_orders(shared);
         self.world.refuse_orders();
-        self.send_notices(shared);
         self.stage = Stage::Leave { begun_ns: shared.now };
+        self.send_notices(shared);
         self.wake = shared.now + MS;
     }
 
@@ -383,7 +402,7 @@ impl WorldProcess {
     /// Whether it has done all that it was told, and has said so. When a run is over, what comes late is left undone.
     pub(crate) fn is_drained(&self) -> bool {
         let works = !matches!(self.stage, Stage::Close | Stage::Leave { .. } | Stage::Ended | Stage::Dead);
-        works && self.world.orders_waiting() == 0 && self.notices.is_empty()
+        works && self.world.orders_waiting() == 0 && self.untold.is_empty() && self.notices.is_empty()
     }
 
     pub(crate) fn has_ended(&self) -> bool {

@@ -2,7 +2,7 @@
 //! the shell only finds out who answered.
 
 use crate::attendance::{self, Attendance, PATIENCE, Seen};
-use crate::checkpoints::{self, Checkpoints};
+use crate::checkpoints::{self, Checkpoints, Haste};
 use crate::outcome_file::OutcomeFile;
 use crate::pace::Pace;
 use crate::recorder::Recorder;
@@ -16,7 +16,7 @@ use model::{Drive, Metric, Mode, RobotIndex, RobotInstance, Scenario};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_world::Absence;
 use protocol::robot_to_world::Command;
-use protocol::world_to_daemon::WorldEnd;
+use protocol::world_to_daemon::{Notice, WorldEnd};
 use protocol::world_to_observer::{FrameBody, FrameHeader};
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
@@ -255,7 +255,6 @@ impl Shell {
             }
             self.close_tick(now_ns);
             self.take_orders();
-            self.leave_checkpoint();
         }
     }
 
@@ -269,15 +268,10 @@ impl Shell {
         first_ns + (now_ns.saturating_sub(first_ns) / self.period_ns + 1) * self.period_ns
     }
 
-    /// Leaves the state of the world for another one to go on from. What the daemon is to know of it is on its way before:
-    /// else another world would not say it.
-    fn leave_checkpoint(&mut self) {
-        if self.checkpoints.is_none() {
-            return;
-        }
-        self.send_notices();
+    /// Leaves the state of the world for another one to go on from.
+    fn leave_checkpoint(&mut self, haste: Haste) {
         if let Some(checkpoints) = &mut self.checkpoints
-            && let Err(error) = checkpoints.leave(&self.world, &mut clock::now_ns)
+            && let Err(error) = checkpoints.leave(&self.world, haste, &mut clock::now_ns)
         {
             say(&format!("its state cannot be kept: {error}; if it dies, another one goes on from an older state"));
             self.checkpoints = None;
@@ -332,6 +326,7 @@ impl Shell {
         }
         self.show(stamp_ns);
         self.send_notices();
+        self.leave_checkpoint(Haste::MayWait);
     }
 
     /// Opens the board of a robot. One that has died has none any more: it stands still until its death is reported. Where
@@ -378,7 +373,7 @@ impl Shell {
         let overdue = || clock::now_ns().saturating_sub(begun_ns) > limit_ns;
         while self.misses(Gate::has_met) && !overdue() && !self.over() {
             self.gate.wait_call(PATIENCE.min(self.straggler_limit));
-            self.take_orders();
+            self.take_orders_and_answer();
         }
         for (slot, _) in foreseen {
             self.board.neighbors(RobotIndex::of(slot), &[], &[]);
@@ -440,7 +435,7 @@ impl Shell {
     fn await_due(&mut self) {
         while self.misses(Gate::is_ready) && !self.over() {
             self.gate.wait_call(PATIENCE);
-            self.take_orders();
+            self.take_orders_and_answer();
         }
     }
 
@@ -464,13 +459,13 @@ impl Shell {
             for instance in overdue {
                 self.attendance.give_up(&mut self.world, instance, Absence::Overdue, &|instance| gate.signs(instance));
             }
-            self.take_orders();
+            self.take_orders_and_answer();
         }
     }
 
-    /// Takes the orders that have come. Notices that wait for room go out as well: while this process waits for a robot, the
-    /// daemon may not know yet that it has to start it.
-    fn take_orders(&mut self) {
+    /// Takes the orders that have come; whether there were any. Notices that wait for room go out as well: while this process
+    /// waits for a robot, the daemon may not know yet that it has to start it.
+    fn take_orders(&mut self) -> bool {
         self.notices.flush();
         let mut came = false;
         while let Some(order) = self.orders.take() {
@@ -478,14 +473,23 @@ impl Shell {
             self.attendance.take(&mut self.world, order, &|instance| gate.signs(instance));
             came = true;
         }
-        if came {
-            // What is answered at once does not wait for the next tick, which may wait for the daemon.
+        came
+    }
+
+    /// The same where the next tick may wait for the daemon: what is answered without a tick does not wait for it.
+    fn take_orders_and_answer(&mut self) {
+        if self.take_orders() {
             self.send_notices();
         }
     }
 
+    /// Tells the daemon what is new. What it may act on is kept first: no later world knows less than the daemon was told.
     fn send_notices(&mut self) {
-        for notice in self.world.take_notices() {
+        let notices = self.world.take_notices();
+        if notices.iter().any(|notice| !matches!(notice, Notice::Log(_))) {
+            self.leave_checkpoint(Haste::Now);
+        }
+        for notice in notices {
             self.notices.send(&notice);
         }
         self.notices.flush();

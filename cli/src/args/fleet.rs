@@ -161,44 +161,34 @@ pub struct AddArgs {
     pub format: Format,
 }
 
-/// `shoal remove`.
+/// `shoal remove` and `shoal restart`.
 #[derive(Debug, Args)]
-#[command(after_help = "\
+pub struct OneRobotArgs {
+    /// The robot
+    #[arg(value_name = "ROBOT")]
+    pub robot: String,
+    /// Which fleet.
+    #[command(flatten)]
+    pub fleet: FleetArg,
+    /// Output format
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// After the help of `shoal remove`.
+pub(super) const REMOVE_HELP: &str = "\
 Examples:
   shoal remove r03
 
 The robot leaves between two ticks, and its process ends. Tasks that were sent
 to it by name fail; tasks for which shoal chose it go to other robots. Its name
-can be used again by `shoal add --id`.")]
-pub struct RemoveArgs {
-    /// The robot
-    #[arg(value_name = "ROBOT")]
-    pub robot: String,
-    /// Which fleet.
-    #[command(flatten)]
-    pub fleet: FleetArg,
-    /// Output format
-    #[arg(long, value_enum, default_value_t)]
-    pub format: Format,
-}
+can be used again by `shoal add --id`.";
 
-/// `shoal restart`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
+/// After the help of `shoal restart`.
+pub(super) const RESTART_HELP: &str = "\
 Examples:
   shoal restart r03
 
 The process of the robot is killed, if it has one, and a new one takes over its
 body, goals and tasks. A robot that is dead for good or was dropped comes back.
-The rest of the fleet goes on; in `lockstep` it waits for the new process.")]
-pub struct RestartArgs {
-    /// The robot
-    #[arg(value_name = "ROBOT")]
-    pub robot: String,
-    /// Which fleet.
-    #[command(flatten)]
-    pub fleet: FleetArg,
-    /// Output format
-    #[arg(long, value_enum, default_value_t)]
-    pub format: Format,
-}
+The rest of the fleet goes on; in `lockstep` it waits for the new process.";

@@ -40,13 +40,9 @@ pub fn run(options: &AddArgs) -> Result<(), Failure> {
             goal_yaw_rad: goal.yaw_rad,
             ..robot(start_m, goal.at_m)
         };
-        let joined = join(address, new)?;
+        let joined = join(address, &Request::Add(new))?;
         return match options.format {
-            Format::Json => {
-                let mut value = json!({ "schema": "shoal.add/1", "fleet": address.id() });
-                joined.put_into(&mut value);
-                out::json(&value)
-            }
+            Format::Json => out::json(&joined.json("shoal.add/1", address.id())),
             Format::Text => out::data(&joined.words(address.id())),
         };
     };
@@ -65,7 +61,7 @@ pub fn run(options: &AddArgs) -> Result<(), Failure> {
     joined.sort_by_key(|robot| robot.index);
     match options.format {
         Format::Json => {
-            let robots: Vec<Value> = joined.iter().map(Joined::json).collect();
+            let robots: Vec<Value> = joined.iter().map(Joined::facts).collect();
             let failures =
                 failed.iter().map(|(start_m, failure)| json!({ "start_m": start_m, "error": failure.message() }));
             out::json(&json!({
@@ -84,8 +80,8 @@ pub fn run(options: &AddArgs) -> Result<(), Failure> {
     Err(first.clone().hint(format!("{} of {count} robots have joined", joined.len())))
 }
 
-/// A robot that has joined.
-struct Joined {
+/// A robot that has joined, or has come back.
+pub(super) struct Joined {
     robot: String,
     index: RobotIndex,
     incarnation: u32,
@@ -95,27 +91,36 @@ struct Joined {
 
 impl Joined {
     fn words(&self, fleet: &str) -> String {
-        let Joined { robot, joined_ms, neighbors, .. } = self;
-        format!("robot `{robot}` has joined fleet {fleet}: {}, {joined_ms:.0} ms\n", hears(*neighbors))
+        self.told(|robot, _| format!("robot `{robot}` has joined fleet {fleet}"))
     }
 
-    fn json(&self) -> Value {
-        let mut value = json!({});
-        self.put_into(&mut value);
+    /// What has happened to this robot in this life, whom it hears, and how long it took.
+    pub(super) fn told(&self, happened: impl FnOnce(&str, u32) -> String) -> String {
+        let hears = match self.neighbors {
+            0 => "no neighbours in range".to_owned(),
+            1 => "it and 1 neighbour hear each other".to_owned(),
+            more => format!("it and {more} neighbours hear each other"),
+        };
+        format!("{}: {hears}, {:.0} ms\n", happened(&self.robot, self.incarnation), self.joined_ms)
+    }
+
+    pub(super) fn json(&self, schema: &str, fleet: &str) -> Value {
+        let mut value = self.facts();
+        (value["schema"], value["fleet"]) = (json!(schema), json!(fleet));
         value
     }
 
-    fn put_into(&self, value: &mut Value) {
-        value["robot"] = json!(self.robot);
-        value["slot"] = json!(self.index);
-        value["incarnation"] = json!(self.incarnation);
-        value["joined_ms"] = json!(self.joined_ms);
-        value["neighbors"] = json!(self.neighbors);
+    fn facts(&self) -> Value {
+        json!({
+            "robot": self.robot, "slot": self.index, "incarnation": self.incarnation, "joined_ms": self.joined_ms,
+            "neighbors": self.neighbors,
+        })
     }
 }
 
-fn join(address: &Address, new: NewRobot) -> Result<Joined, Failure> {
-    match fleet::ask(address, &Request::Add(new))? {
+/// Asks for it, and waits until the robot and its neighbours hear each other.
+pub(super) fn join(address: &Address, request: &Request) -> Result<Joined, Failure> {
+    match fleet::ask(address, request)? {
         Reply::Joined { robot, index, incarnation, joined_ms, neighbors } => {
             Ok(Joined { robot, index, incarnation, joined_ms, neighbors })
         }
@@ -126,7 +131,7 @@ fn join(address: &Address, new: NewRobot) -> Result<Joined, Failure> {
 /// All at the same time: each waits until its robot hears its neighbours.
 fn join_all(address: &Address, new: &[NewRobot]) -> Vec<Result<Joined, Failure>> {
     std::thread::scope(|scope| {
-        let asked: Vec<_> = new.iter().map(|new| scope.spawn(|| join(address, new.clone()))).collect();
+        let asked: Vec<_> = new.iter().map(|new| scope.spawn(|| join(address, &Request::Add(new.clone())))).collect();
         let failed = || Err(Failure::environment("the request ended without an answer"));
         asked.into_iter().map(|asked| asked.join().unwrap_or_else(|_| failed())).collect()
     })
@@ -151,13 +156,4 @@ fn bodies(scenario: &Scenario, status: &Status) -> Vec<Capsule> {
         Some(Capsule::disc(robot.position_m?.into(), radius_m))
     };
     there.filter_map(body).collect()
-}
-
-/// The neighbours of a robot, in words.
-pub(super) fn hears(neighbors: u32) -> String {
-    match neighbors {
-        0 => "no neighbours in range".to_owned(),
-        1 => "it and 1 neighbour hear each other".to_owned(),
-        more => format!("it and {more} neighbours hear each other"),
-    }
 }

@@ -92,6 +92,11 @@ pub fn is_orphan(fleet: &FleetEntry) -> bool {
     helm::is_left_running(&fleet.address) && Helmsman::of(&fleet.address).is_some_and(|daemon| !daemon.lives())
 }
 
+/// What can be done about a fleet that goes on without a daemon.
+pub fn orphan_hint(name: &str) -> String {
+    format!("`shoal up --adopt --name {name}` takes it over; `shoal down --fleet {name}` ends it")
+}
+
 /// The state directory of a fleet that was left running.
 pub fn state_of(address: &Address) -> Option<PathBuf> {
     #[expect(clippy::disallowed_methods, reason = "the verb reads what the daemon left")]

@@ -73,7 +73,7 @@ pub(super) fn seen(entry: &FleetEntry) -> Result<Status, Failure> {
         let name = entry.name.as_deref().unwrap_or(address.id());
         let seen = unanswered::status(address)?;
         out::talk(&format!("fleet {name}: its daemon has ended, and the fleet goes on without it"));
-        out::talk(&format!("`shoal up --adopt --name {name}` takes it over; `shoal down --fleet {name}` ends it"));
+        out::talk(&fleet::orphan_hint(name));
         return Ok(seen);
     }
     status(address).or_else(|failure: Failure| {

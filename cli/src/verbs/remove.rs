@@ -1,7 +1,7 @@
 //! `shoal remove`: a robot leaves a running fleet.
 
 use super::fleet;
-use crate::args::{Format, RemoveArgs};
+use crate::args::{Format, OneRobotArgs};
 use crate::exit::Failure;
 use crate::out;
 use protocol::operator_to_daemon::{Reply, Request};
@@ -11,7 +11,7 @@ use serde_json::json;
 ///
 /// # Errors
 /// When no fleet is running, its daemon does not answer, or there is no such robot.
-pub fn run(options: &RemoveArgs) -> Result<(), Failure> {
+pub fn run(options: &OneRobotArgs) -> Result<(), Failure> {
     let address = fleet::choose(&options.fleet)?;
     match fleet::ask(&address, &Request::Remove { robot: options.robot.clone() })? {
         Reply::Removed { robot } => match options.format {

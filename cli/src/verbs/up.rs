@@ -168,7 +168,7 @@ fn refuse_second(name: &str) -> Result<(), Failure> {
         None => Ok(()),
         Some(fleet) if fleet::is_orphan(&fleet) => {
             Err(Failure::usage(format!("fleet `{name}` runs without a daemon (id {})", fleet.address.id()))
-                .hint(format!("`shoal up --adopt --name {name}` takes it over; `shoal down --fleet {name}` ends it")))
+                .hint(fleet::orphan_hint(name)))
         }
         Some(fleet) => Err(Failure::usage(format!("fleet `{name}` runs already (id {})", fleet.address.id()))
             .hint("end it with `shoal down`, or choose another `--name`")),

@@ -3,14 +3,11 @@
 //! A slot belongs to a name. A name is free again when its robot has left, and with it comes the slot: the robot that takes
 //! them goes on counting lives where the one before ended, so that no instance is there twice.
 
-use super::operators::{Refusal, Waiting, refused, shown};
+use super::operators::{Owed, Refusal, Waiting, refused, shown};
 use super::{Action, Coordinator, Member, Signal};
 use model::{BodyKind, ParamValues, ProcessState, RobotIndex, RobotInstance};
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{NewRobot, Reply};
-
-/// Of a request whose answer follows from more than the world's: this is never said.
-const NOT_YET: Reply = Reply::Stopping;
 
 impl Coordinator {
     /// One more robot. Its process is started while the world still decides.
@@ -61,7 +58,7 @@ impl Coordinator {
         let instance = self.members[index.at()].come_again();
         self.actions.push(Action::Order(Order::Admit { instance, robot: Box::new(robot) }));
         self.expect(instance);
-        Ok(Waiting { ticket: Ticket::Admit(instance), robot: name, since: None, reply: Some(NOT_YET) })
+        Ok(Waiting::new(Ticket::Admit(instance), name, Owed::Joining))
     }
 
     /// The slot of a new robot, and its name if that is settled: a new slot, or that of a robot that has left.
@@ -118,8 +115,8 @@ impl Coordinator {
                 member.leaving = true;
                 let index = member.instance.index;
                 self.actions.push(Action::Order(Order::Remove { index }));
-                let (robot, reply) = (name.to_owned(), Some(Reply::Removed { robot: name.to_owned() }));
-                return Ok(Waiting { ticket: Ticket::Remove(index), robot, since: None, reply });
+                let owed = Owed::Reply(Reply::Removed { robot: name.to_owned() });
+                return Ok(Waiting::new(Ticket::Remove(index), name.to_owned(), owed));
             }
         };
         Err(refused(&format!("robot `{name}` {problem}"), hint))
@@ -136,8 +133,7 @@ impl Coordinator {
             _ if self.is_joining(index) => ("is being started already", "`shoal ps` shows the robots and their states"),
             _ => {
                 self.actions.push(Action::Order(Order::Restart { index }));
-                let (robot, reply) = (name.to_owned(), Some(NOT_YET));
-                return Ok(Waiting { ticket: Ticket::Restart(index), robot, since: None, reply });
+                return Ok(Waiting::new(Ticket::Restart(index), name.to_owned(), Owed::Joining));
             }
         };
         Err(refused(&format!("robot `{name}` {problem}"), Some(hint)))
@@ -148,24 +144,6 @@ impl Coordinator {
         if let Some(member) = self.members.get_mut(index.at()) {
             member.leaving = false;
         }
-    }
-}
-
-impl Member {
-    /// Whether another robot may have its slot and its name.
-    fn is_free(&self) -> bool {
-        matches!(self.state, ProcessState::Left | ProcessState::Refused) && self.next.is_none()
-    }
-
-    /// Another robot has the slot from here on; its first life. A process of the robot before may still be there.
-    fn come_again(&mut self) -> RobotInstance {
-        (self.state, self.leaving) = (ProcessState::Awaited, false);
-        let instance = RobotInstance { incarnation: self.lives, ..self.instance };
-        self.first_life = self.lives;
-        if self.pid.is_none() {
-            self.instance = instance;
-        }
-        instance
     }
 }
 

@@ -6,7 +6,7 @@
 
 use super::{Action, Coordinator};
 use model::kind::Range;
-use model::{Fault, RobotIndex};
+use model::{Fault, RobotIndex, RobotInstance};
 use protocol::daemon_to_world::{Order, Ticket};
 use protocol::operator_to_daemon::{Reply, Request, TaskRecord};
 use std::time::Duration;
@@ -33,9 +33,21 @@ pub(super) struct Waiting {
     pub(super) robot: String,
     /// Since when, once the clock has been looked at.
     pub(super) since: Option<Duration>,
-    /// What the operator is told when the world takes it, if that is all there is to wait for; `None` once the operator has been
-    /// answered.
-    pub(super) reply: Option<Reply>,
+    pub(super) owed: Owed,
+}
+
+/// What an operator is told when the world has taken the order.
+#[derive(Default, PartialEq)]
+pub(super) enum Owed {
+    /// This.
+    Reply(Reply),
+    /// Nothing yet: the robot is to join.
+    Joining,
+    /// What has become of the task.
+    Task,
+    /// Nothing: the operator has been answered.
+    #[default]
+    Nothing,
 }
 
 /// What has been said of clients that send what is not a request.
@@ -48,6 +60,10 @@ pub(super) struct Noise {
 }
 
 impl Waiting {
+    pub(super) fn new(ticket: Ticket, robot: String, owed: Owed) -> Waiting {
+        Waiting { ticket, robot, since: None, owed }
+    }
+
     /// What waits, for people.
     pub(super) fn what(&self) -> String {
         match self.ticket {
@@ -78,12 +94,9 @@ impl Coordinator {
             Request::Add(new) => self.add(new, near),
             Request::Remove { robot } => self.remove(robot),
             Request::Restart { robot } => self.restart(robot),
-            Request::Cancel(name) => self.cancel_task(name).map(|(ticket, robot)| Waiting {
-                ticket,
-                robot,
-                since: None,
-                reply: Some(Reply::Stopping),
-            }),
+            Request::Cancel(name) => {
+                self.cancel_task(name).map(|(ticket, robot)| Waiting::new(ticket, robot, Owed::Task))
+            }
             Request::Inject { robot, fault, for_s } => self.inject(robot, *fault, *for_s),
         };
         match granted {
@@ -117,32 +130,36 @@ impl Coordinator {
         }
         let Some(index) = self.waiting.iter().position(|waiting| waiting.ticket == ticket) else { return };
         let waiting = self.waiting.remove(index);
-        let joins = match ticket {
-            Ticket::Admit(instance) => Some(instance.index),
-            Ticket::Restart(index) => Some(index),
-            _ => None,
-        };
-        // What the operator waits for is not done yet.
-        if let (None, Some(index)) = (&problem, joins.filter(|_| waiting.reply.is_some())) {
-            return self.await_joining(waiting, index);
+        let Some(problem) = problem else { return self.taken(waiting) };
+        match ticket {
+            Ticket::Admit(instance) => self.not_admitted(instance),
+            Ticket::Remove(index) => self.not_removed(index),
+            Ticket::Restart(_) | Ticket::Task(_) | Ticket::Cancel(_) | Ticket::Fault(_) => {}
         }
-        let Waiting { robot, reply, .. } = waiting;
-        let reply = match (problem, reply) {
-            (None, reply) => match ticket {
-                Ticket::Cancel(id) => reply.map(|_| self.cancelled(id)),
-                _ => reply,
-            },
-            (Some(problem), reply) => {
-                match ticket {
-                    Ticket::Admit(instance) => self.not_admitted(instance),
-                    Ticket::Remove(index) => self.not_removed(index),
-                    Ticket::Restart(_) | Ticket::Task(_) | Ticket::Cancel(_) | Ticket::Fault(_) => {}
-                }
-                reply.map(|_| refused(&format!("robot `{robot}`: {problem}"), hint_for(&problem)).into())
+        let robot = &waiting.robot;
+        let refusal = refused(&format!("robot `{robot}`: {problem}"), hint_for(&problem));
+        self.answer(waiting, refusal.into());
+    }
+
+    /// The world has taken an order: its operator is answered, or waits on.
+    pub(super) fn taken(&mut self, mut waiting: Waiting) {
+        match (std::mem::take(&mut waiting.owed), waiting.ticket) {
+            (Owed::Reply(reply), ticket) => self.actions.push(Action::Reply(ticket, reply)),
+            (Owed::Task, Ticket::Cancel(id)) => {
+                let reply = self.cancelled(id);
+                self.actions.push(Action::Reply(waiting.ticket, reply));
             }
-        };
-        if let Some(reply) = reply {
-            self.actions.push(Action::Reply(ticket, reply));
+            (Owed::Joining, Ticket::Admit(RobotInstance { index, .. }) | Ticket::Restart(index)) => {
+                self.await_joining(waiting, index);
+            }
+            (Owed::Task | Owed::Joining | Owed::Nothing, _) => {}
+        }
+    }
+
+    /// Answers an operator, unless that has been done.
+    pub(super) fn answer(&mut self, waiting: Waiting, reply: Reply) {
+        if waiting.owed != Owed::Nothing {
+            self.actions.push(Action::Reply(waiting.ticket, reply));
         }
     }
 
@@ -160,10 +177,10 @@ impl Coordinator {
         }
         self.refuse_tasks(self.missed.others > 0);
         self.refuse_joining();
-        for waiting in std::mem::take(&mut self.waiting).into_iter().filter(|waiting| waiting.reply.is_some()) {
+        for waiting in std::mem::take(&mut self.waiting) {
             let problem = format!("{}: not confirmed: the run is over, and the world's answer is lost", waiting.what());
             let hint = "it may have been done: the report says so".to_owned();
-            self.actions.push(Action::Reply(waiting.ticket, Reply::Unconfirmed { problem, hint }));
+            self.answer(waiting, Reply::Unconfirmed { problem, hint });
         }
     }
 
@@ -173,7 +190,7 @@ impl Coordinator {
         self.answer_late_joining(now);
         for waiting in &mut self.waiting {
             let since = *waiting.since.get_or_insert(now);
-            if now.saturating_sub(since) <= CONFIRM_WITHIN || waiting.reply.take().is_none() {
+            if now.saturating_sub(since) <= CONFIRM_WITHIN || std::mem::take(&mut waiting.owed) == Owed::Nothing {
                 continue;
             }
             let seconds = CONFIRM_WITHIN.as_secs();
@@ -202,8 +219,7 @@ impl Coordinator {
         let id = self.faults;
         self.faults.0 += 1;
         self.actions.push(Action::Order(Order::Fault { id, index: RobotIndex::of(slot), fault, ticks }));
-        let (robot, reply) = (name.to_owned(), Some(Reply::Injected { ticks }));
-        Ok(Waiting { ticket: Ticket::Fault(id), robot, since: None, reply })
+        Ok(Waiting::new(Ticket::Fault(id), name.to_owned(), Owed::Reply(Reply::Injected { ticks })))
     }
 
     /// The slot of the robot with this name.

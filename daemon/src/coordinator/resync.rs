@@ -1,8 +1,8 @@
 //! After the daemon or the world was replaced: what the coordinator believes is compared with what the world says.
 //!
 //! The world's answer is the truth about robots: the coordinator does what is missing for it. Tasks are compared in both
-//! directions: what the world does not have and has not done is given to it again, and what was done before a world went
-//! back by some ticks is not done again. Everything that was sent before the question has been looked at by the world when
+//! directions: what the world does not have and has not done is given to it again. What the world has told is so in the one
+//! that goes on in its place, too: it is kept before it is told. Everything that was sent before the question has been looked at by the world when
 //! it answers, and everything sent later is left alone.
 
 use super::{Action, Coordinator, Signal, Waiting};
@@ -65,8 +65,12 @@ impl Coordinator {
         // That of a world that was replaced before it was heard is out of date.
         let Some(resync) = self.resync.take_if(|resync| resync.number == standings.number) else { return };
         for slot in 0..self.members.len().min(resync.robots) {
-            let index = RobotIndex::of(slot);
+            let (index, newest) = (RobotIndex::of(slot), self.members[slot].newest());
+            let is_asked_for = resync.waiting.contains(&Ticket::Admit(newest));
             match standings.robots.iter().find(|(instance, _)| instance.index == index) {
+                Some((before, Standing::Left)) if before.incarnation < newest.incarnation && is_asked_for => {
+                    self.admit_again(slot);
+                }
                 Some((instance, standing)) => self.stands(*instance, *standing),
                 None => self.admit_again(slot),
             }
@@ -84,14 +88,14 @@ impl Coordinator {
                 None => self.order_task_again(*id),
             }
         }
-        self.give_up_waiting(&resync.waiting, &standings);
+        self.wait_on(&resync.waiting, &standings);
     }
 
     /// A robot of the world: its process is what the world believes it to be, or the world is told.
     fn stands(&mut self, instance: RobotInstance, standing: Standing) {
         let Some(member) = self.members.get_mut(instance.index.at()) else { return };
         if member.instance.incarnation > instance.incarnation {
-            // The world has gone back to before the end of that life.
+            // The world has not heard of the end of that life.
             return match standing {
                 Standing::Left => self.left(instance),
                 _ => self.died_unseen(instance),
@@ -120,10 +124,6 @@ impl Coordinator {
         }
         let Some(member) = self.members.get_mut(instance.index.at()) else { return };
         let (runs, halted) = (member.pid.is_some() && member.instance == instance, member.halted);
-        if member.state == ProcessState::Left && member.instance == instance && standing != Standing::Left {
-            // It left in ticks that are lost.
-            return self.actions.push(Action::Order(Order::Remove { index: instance.index }));
-        }
         match standing {
             Standing::Awaited { told: false } => {}
             Standing::Awaited { told: true } if runs => member.state = ProcessState::Starting,
@@ -168,7 +168,7 @@ impl Coordinator {
     fn admit_again(&mut self, slot: usize) {
         let (Some(member), Some(robot)) = (self.members.get(slot), self.scenario.robots.get(slot)) else { return };
         if member.state != ProcessState::Refused {
-            let (instance, robot) = (member.next.unwrap_or(member.instance), Box::new(robot.clone()));
+            let (instance, robot) = (member.newest(), Box::new(robot.clone()));
             self.actions.push(Action::Order(Order::Admit { instance, robot }));
         }
     }
@@ -177,9 +177,7 @@ impl Coordinator {
     fn has_task(&mut self, id: TaskId, index: RobotIndex, active: bool, asked: bool) {
         let robot = self.name(index).to_owned();
         match self.tasks.state_of(id) {
-            // It was done, or cancelled, in ticks that are lost.
-            Some(state) if state.is_final() => self.actions.push(Action::Order(Order::Cancel { id, index })),
-            Some(state) if asked => {
+            Some(state) if asked && !state.is_final() => {
                 self.tasks.set_robot(id, &robot);
                 let is = if active { TaskState::Active } else { TaskState::Assigned };
                 if state != is {
@@ -190,39 +188,39 @@ impl Coordinator {
         }
     }
 
-    /// Operators who waited for an answer of before will get none from a world that was replaced.
-    fn give_up_waiting(&mut self, tickets: &[Ticket], standings: &Standings) {
+    /// What operators wait for and a world that was replaced may have lost is asked for again, or answered, or given up.
+    fn wait_on(&mut self, tickets: &[Ticket], standings: &Standings) {
         let (lost, waiting): (Vec<Waiting>, Vec<Waiting>) =
             std::mem::take(&mut self.waiting).into_iter().partition(|waiting| tickets.contains(&waiting.ticket));
         self.waiting = waiting;
+        let standing = |index: RobotIndex| standings.robots.iter().find(|(instance, _)| instance.index == index);
         for waiting in lost {
-            let is_there = |who: RobotInstance| standings.robots.iter().any(|(instance, _)| *instance == who);
             match waiting.ticket {
-                // The world has been asked to admit it again.
-                Ticket::Admit(instance) if !is_there(instance) => self.waiting.push(waiting),
-                Ticket::Admit(instance) if waiting.reply.is_some() => self.await_joining(waiting, instance.index),
-                Ticket::Admit(_) => {}
-                Ticket::Cancel(id) if self.tasks.state_of(id) == Some(TaskState::Cancelled) => {
-                    self.answer(waiting, None);
+                // It may be in a later life by now.
+                Ticket::Admit(RobotInstance { index, incarnation }) => match standing(index) {
+                    Some((now, _)) if now.incarnation >= incarnation => self.taken(waiting),
+                    // The world has been asked to admit it again.
+                    _ => self.waiting.push(waiting),
+                },
+                Ticket::Remove(index) if standing(index).is_some_and(|(_, standing)| *standing == Standing::Left) => {
+                    self.taken(waiting);
                 }
-                _ => {
+                Ticket::Remove(index) => {
+                    self.actions.push(Action::Order(Order::Remove { index }));
+                    self.waiting.push(waiting);
+                }
+                Ticket::Cancel(id) if self.tasks.state_of(id).is_none_or(TaskState::is_final) => self.taken(waiting),
+                Ticket::Cancel(id) => {
+                    self.order_cancel(id);
+                    self.waiting.push(waiting);
+                }
+                // What is not known to have been done is not done a second time.
+                Ticket::Restart(_) | Ticket::Fault(_) | Ticket::Task(_) => {
                     let problem = format!("{}: not confirmed: the world's process was replaced", waiting.what());
                     let hint = "it may have been done; send it again if it was not".to_owned();
-                    self.answer(waiting, Some(Reply::Unconfirmed { problem, hint }));
+                    self.answer(waiting, Reply::Unconfirmed { problem, hint });
                 }
             }
-        }
-    }
-
-    /// Answers an operator, unless that was done: with what was promised, or with something else.
-    fn answer(&mut self, waiting: Waiting, instead: Option<Reply>) {
-        if let Some(promised) = waiting.reply {
-            let reply = match (instead, waiting.ticket) {
-                (Some(reply), _) => reply,
-                (None, Ticket::Cancel(id)) => self.cancelled(id),
-                (None, _) => promised,
-            };
-            self.actions.push(Action::Reply(waiting.ticket, reply));
         }
     }
 }

@@ -83,7 +83,7 @@ impl Tasks {
         self.records.get(&id).map(|record| record.state)
     }
 
-    /// Whether the world has had this task.
+    /// Whether a robot has had this task: then it was not refused.
     fn was_taken(&self, id: TaskId) -> bool {
         let steps = self.records.get(&id).map_or(&[][..], |record| &record.steps);
         steps.iter().any(|step| matches!(step.state, TaskState::Assigned | TaskState::Active))
@@ -282,13 +282,12 @@ impl Coordinator {
     }
 
     fn order_task(&mut self, id: TaskId) {
-        let Some(record) = self.tasks.records.get(&id) else { return };
-        let Some(slot) = self.scenario.robots.iter().position(|robot| robot.id == record.robot) else { return };
+        let (Some(record), Some(index)) = (self.tasks.records.get(&id), self.index_of(id)) else { return };
         let Some(task) = self.tasks.remaining(record) else { return self.change(id, TaskState::Failed, OVERDUE) };
         if let Some(resync) = &mut self.resync {
             resync.tasks.remove(&id);
         }
-        self.actions.push(Action::Order(Order::Task { id, index: RobotIndex::of(slot), task }));
+        self.actions.push(Action::Order(Order::Task { id, index, task }));
     }
 
     /// The world has never had this task, or has forgotten it: it is sent once more.
@@ -324,15 +323,12 @@ impl Coordinator {
     pub(super) fn task_answered(&mut self, id: TaskId, problem: Option<String>) {
         // It may be further already; and what was given up for lost may have been taken all the same.
         if self.tasks.records.get(&id).is_some_and(|record| record.state == TaskState::Queued) {
+            let end = if self.tasks.was_taken(id) { TaskState::Failed } else { TaskState::Refused };
             match problem {
                 None => self.change(id, TaskState::Assigned, ""),
-                // A world that has gone back, and cannot have it again.
-                Some(problem) if self.tasks.was_taken(id) => {
-                    self.change(id, TaskState::Failed, &format!("the world had it, and lost it: {problem}"));
-                }
                 // It went after it had been chosen.
-                Some(problem) if problem == world_sim::ROBOT_GONE => self.reassign(id, TaskState::Refused, &problem),
-                Some(problem) => self.change(id, TaskState::Refused, &problem),
+                Some(problem) if problem == world_sim::ROBOT_GONE => self.reassign(id, end, &problem),
+                Some(problem) => self.change(id, end, &problem),
             }
         }
     }
@@ -481,11 +477,10 @@ impl Coordinator {
     pub(super) fn cancel_task(&mut self, name: &str) -> Result<(Ticket, String), Refusal> {
         let Some(record) = self.tasks.find(name) else { return Err(self.unknown_task(name)) };
         let (id, robot, state) = (record.id, record.robot.clone(), record.state);
-        let slot = self.scenario.robots.iter().position(|known| known.id == robot);
-        let (Some(slot), false) = (slot, state.is_final()) else {
+        if state.is_final() || self.index_of(id).is_none() {
             let hint = format!("`shoal task show {id}` shows what became of it");
             return Err(refused(&format!("task {id} is {} already", state.word()), Some(&hint)));
-        };
+        }
         if state == TaskState::Queued {
             let hint = "try again when the world has answered; `shoal ps` shows whether it runs";
             return Err(refused(&format!("task {id} is not confirmed yet"), Some(hint)));
@@ -494,14 +489,27 @@ impl Coordinator {
             let hint = format!("`shoal task show {id}` shows what has become of it");
             return Err(refused(&format!("task {id} is being cancelled already"), Some(&hint)));
         }
-        self.actions.push(Action::Order(Order::Cancel { id, index: RobotIndex::of(slot) }));
+        self.order_cancel(id);
         Ok((Ticket::Cancel(id), robot))
+    }
+
+    /// The robot that has a task is to drop it.
+    pub(super) fn order_cancel(&mut self, id: TaskId) {
+        if let Some(index) = self.index_of(id) {
+            self.actions.push(Action::Order(Order::Cancel { id, index }));
+        }
+    }
+
+    /// The slot of the robot that has a task.
+    fn index_of(&self, id: TaskId) -> Option<RobotIndex> {
+        let record = self.tasks.records.get(&id)?;
+        self.scenario.robots.iter().position(|robot| robot.id == record.robot).map(RobotIndex::of)
     }
 
     /// What the sender of a cancellation is told.
     pub(super) fn cancelled(&self, id: TaskId) -> Reply {
         match self.tasks.records.get(&id) {
-            // In a world that has gone back it came to another end than before.
+            // It came to another end before a world that was replaced had heard of it.
             Some(record) if record.state != TaskState::Cancelled && record.state.is_final() => {
                 refused(&format!("task {id} is {} already", record.state.word()), None).into()
             }

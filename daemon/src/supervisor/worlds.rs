@@ -57,9 +57,8 @@ impl Supervisor {
     fn can_replace_world(&mut self) -> bool {
         let since = now().saturating_sub(WINDOW);
         self.worlds.replaced.retain(|at| *at > since);
-        let lasts = self.keeper.is_some() && self.coordinator.scenario().clock.mode == Mode::Realtime;
-        lasts
-            && self.gate.start_ns().is_some()
+        self.keeper.is_some()
+            && self.can_go_on()
             && self.asked_at.is_none()
             && !self.killed
             && !self.gate.stopped()

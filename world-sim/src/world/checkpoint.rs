@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::VecDeque;
 
-/// A world between two ticks.
+/// A world between two ticks, or in a tick that it has opened.
 #[derive(Serialize, Deserialize)]
 pub struct Checkpoint<'a> {
     tick: u64,
@@ -35,7 +35,7 @@ pub struct Checkpoint<'a> {
     plans: Cow<'a, [PlanState]>,
     faults: Cow<'a, [Faults]>,
     /// By slot.
-    heard: Vec<Vec<(u32, u32)>>,
+    heard: Cow<'a, [Vec<NeighborRef>]>,
     /// Contacts between robots, with obstacles, and by slot.
     contacts: (u64, u64, Cow<'a, [u64]>),
     /// Smallest clearances so far, between robots and to obstacles, m.
@@ -51,7 +51,7 @@ pub struct Checkpoint<'a> {
 pub struct CheckpointError(&'static str);
 
 impl Checkpoint<'_> {
-    /// The next tick to open.
+    /// The tick that a world opens first that goes on from here.
     pub fn tick(&self) -> u64 {
         self.tick
     }
@@ -63,13 +63,9 @@ impl Checkpoint<'_> {
 }
 
 impl World {
-    /// The state between two ticks. Notices that have not been taken are not in it.
-    ///
-    /// # Panics
-    /// While a tick is open.
+    /// The state of this world. A tick that is open is opened again by the one that goes on from it: what its opening did is
+    /// done, and is not done a second time. Notices, and orders that have not taken effect, are not in it.
     pub fn checkpoint(&self) -> Checkpoint<'_> {
-        assert!(!self.is_open, "a checkpoint is taken between two ticks");
-        let pairs = |list: &Vec<NeighborRef>| list.iter().map(|who| (who.index, who.incarnation)).collect();
         Checkpoint {
             tick: self.tick,
             next_event: self.next_event,
@@ -83,7 +79,7 @@ impl World {
             scolded: Cow::Borrowed(&self.scolded),
             plans: Cow::Borrowed(&self.plans),
             faults: Cow::Borrowed(&self.faults),
-            heard: self.ranges.all_heard().iter().map(pairs).collect(),
+            heard: Cow::Borrowed(self.ranges.all_heard()),
             contacts: (self.contacts.robots, self.contacts.obstacles, Cow::Borrowed(&self.contacts.per_robot)),
             clearances_m: [self.contacts.clearance_m, self.contacts.obstacle_clearance_m],
             ended: Cow::Borrowed(&self.journal.ended),
@@ -139,9 +135,7 @@ impl World {
         world.scolded = saved.scolded.into_owned();
         world.plans = saved.plans.into_owned();
         world.faults = saved.faults.into_owned();
-        let heard = saved.heard.into_iter();
-        let listed = |(index, incarnation)| NeighborRef { index, incarnation };
-        world.ranges.resume(heard.map(|list| list.into_iter().map(listed).collect()).collect());
+        world.ranges.resume(saved.heard.into_owned());
         let (robots, obstacles, per_robot) = saved.contacts;
         (world.contacts.robots, world.contacts.obstacles) = (robots, obstacles);
         world.contacts.per_robot = per_robot.into_owned();

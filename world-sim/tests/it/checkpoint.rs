@@ -55,9 +55,14 @@ fn a_world_that_goes_on_from_any_tick_is_the_world_that_was() {
     whole.until(END);
     let whole = whole.world;
     assert!(whole.contacts() > 0 && whole.events().len() > 20, "something happens: {:#?}", whole.events());
-    for from in (0..END).step_by(7).chain([1, 8, 12, 22, 53]) {
+    let ticks = (0..END).step_by(7).chain([1, 8, 12, 13, 15, 22, 30, 33, 35, 52, 53]);
+    for (from, opened) in ticks.flat_map(|tick| [(tick, false), (tick, true)]) {
         let mut driver = Driver::new(&scenario);
         driver.until(from);
+        if opened {
+            // What the opening did is done, and the same tick is opened again.
+            driver.open();
+        }
         let (bytes, mut events) = saved(&driver.world);
         // The log may have gone on.
         events.push(Event { tick: from, robot: None, kind: EventKind::Gap { lost_ms: 1 } });
@@ -66,7 +71,7 @@ fn a_world_that_goes_on_from_any_tick_is_the_world_that_was() {
         driver.world = World::resume(&scenario, checkpoint, events).unwrap();
         assert_eq!(codec::encode(&driver.world.checkpoint()).unwrap(), bytes, "from tick {from}: nothing is lost");
         driver.until(END);
-        assert_eq!(driver.world.outcome(), whole.outcome(), "from tick {from}");
+        assert_eq!(driver.world.outcome(), whole.outcome(), "from tick {from}, opened: {opened}");
     }
 }
 

@@ -78,7 +78,7 @@ fn what_ended_unseen_is_told_and_what_is_wanted_is_started() {
     check(&[(first, ENDED)], (second, Awaited { told: true }), &spawn());
     // The process before it is still there.
     check(&[(first, 100)], (second, Awaited { told: true }), &signal(first, Signal::Kill));
-    // The world has gone back to before the end of a life.
+    // The world has not heard of the end of a life.
     assert_eq!(check(&[(second, 100)], (first, Present), &[]), [first]);
     check(&[(first, 100)], (first, Paused { goes_on: false }), &signal(first, Signal::Stop));
     check(&[(first, 100)], (first, Paused { goes_on: true }), &signal(first, Signal::Continue));
@@ -105,17 +105,6 @@ fn a_life_that_was_to_come_comes_when_the_one_before_is_gone() {
     says(&mut coordinator, &stands);
     coordinator.exited(instance(0, 0), Ending { signal: None, code: None }, None, None);
     assert!(coordinator.take_actions().contains(&Action::Spawn(instance(0, 1))));
-}
-
-#[test]
-fn who_left_in_ticks_that_are_lost_leaves_again() {
-    let mut coordinator = running(&[]);
-    coordinator.notice(Notice::Left { instance: instance(1, 0) });
-    coordinator.resync();
-    coordinator.take_actions();
-    let actions = says(&mut coordinator, &[(instance(0, 0), Standing::Present), (instance(1, 0), Standing::Present)]);
-    assert_eq!(actions, [Action::Order(Order::Remove { index: RobotIndex(1) })]);
-    assert_eq!(states(&coordinator), [ProcessState::Running, ProcessState::Left]);
 }
 
 #[test]
@@ -183,14 +172,13 @@ fn tasks_are_neither_lost_nor_done_twice() {
     coordinator.notice(Notice::Standings(Standings {
         number: 0,
         robots: vec![(instance(0, 0), Standing::Present), (instance(1, 0), Standing::Present)],
-        tasks: vec![(TaskId(1), RobotIndex(0), true), (TaskId(5), RobotIndex(1), true)],
+        tasks: vec![(TaskId(1), RobotIndex(0), true)],
         ended: vec![(TaskId(0), TaskStep::Done)],
     }));
     let mut orders = Vec::new();
     for action in coordinator.take_actions() {
         match action {
             Action::Order(Order::Task { id, task, .. }) => orders.push((id.0, task.deadline_s)),
-            Action::Order(Order::Cancel { id, index }) => assert_eq!((id, index), (TaskId(5), RobotIndex(1))),
             Action::Record(_) => {}
             other => panic!("{other:?}"),
         }
@@ -233,4 +221,97 @@ fn operators_are_answered_when_the_world_that_they_asked_is_no_more() {
     assert_eq!(replies(&mut coordinator).len(), 1);
     pass(&mut coordinator, 0..=CONFIRM_WITHIN.as_secs() + 2, ALL_READY);
     assert_eq!((replies(&mut coordinator).len(), coordinator.unanswered()), (0, 0), "nothing is left");
+}
+
+/// What the coordinator does about orders that a world had taken when it died, and had not answered.
+fn after_a_world(
+    coordinator: &mut Coordinator,
+    requests: &[Request],
+    robots: &[(RobotInstance, Standing)],
+    ended: &[(TaskId, TaskStep)],
+) -> Vec<Action> {
+    for request in requests {
+        assert!(matches!(coordinator.request(request, FREE_PLACE), Answer::Later(_)), "{request:?}");
+    }
+    coordinator.take_actions();
+    coordinator.resync();
+    coordinator.take_actions();
+    let number = coordinator.resync.as_ref().unwrap().number;
+    let (robots, ended) = (robots.to_vec(), ended.to_vec());
+    coordinator.notice(Notice::Standings(Standings { number, robots, tasks: Vec::new(), ended }));
+    coordinator.take_actions()
+}
+
+const PRESENT: [(RobotInstance, Standing); 2] = [
+    (RobotInstance { index: RobotIndex(0), incarnation: 0 }, Standing::Present),
+    (RobotInstance { index: RobotIndex(1), incarnation: 0 }, Standing::Present),
+];
+
+#[test]
+fn a_removal_that_a_world_lost_is_ordered_again() {
+    let mut coordinator = running(&[]);
+    let remove = Request::Remove { robot: coordinator.scenario().robots[1].id.clone() };
+    let order = Action::Order(Order::Remove { index: RobotIndex(1) });
+    assert_eq!(after_a_world(&mut coordinator, &[remove.clone()], &PRESENT, &[]), [order]);
+    coordinator.notice(Notice::Left { instance: instance(1, 0) });
+    answer(&mut coordinator, Ticket::Remove(RobotIndex(1)), None);
+    assert_eq!(replies(&mut coordinator).len(), 1);
+    // One that was done is answered.
+    let mut coordinator = running(&[]);
+    let left = [PRESENT[0], (instance(1, 0), Standing::Left)];
+    let actions = after_a_world(&mut coordinator, &[remove], &left, &[]);
+    assert!(actions.iter().any(|action| matches!(action, Action::Reply(_, Reply::Removed { .. }))), "{actions:?}");
+    assert_eq!(coordinator.unanswered(), 0);
+}
+
+#[test]
+fn a_cancellation_that_a_world_lost_is_ordered_again() {
+    let with_a_task = || {
+        let mut coordinator = running(&[]);
+        let west = coordinator.scenario().robots[0].id.clone();
+        coordinator.request(&task(&west, [0.0, 1.0]), FREE_PLACE);
+        answer(&mut coordinator, Ticket::Task(TaskId(0)), None);
+        coordinator
+    };
+    let cancel = [Request::Cancel("0".to_owned())];
+    let mut coordinator = with_a_task();
+    assert!(matches!(coordinator.request(&cancel[0], FREE_PLACE), Answer::Later(_)));
+    coordinator.resync();
+    coordinator.take_actions();
+    let number = coordinator.resync.as_ref().unwrap().number;
+    let tasks = vec![(TaskId(0), RobotIndex(0), false)];
+    coordinator.notice(Notice::Standings(Standings { number, robots: PRESENT.to_vec(), tasks, ended: Vec::new() }));
+    let order = Action::Order(Order::Cancel { id: TaskId(0), index: RobotIndex(0) });
+    assert_eq!(coordinator.take_actions(), [order]);
+    // It was done before the world heard of it.
+    let mut coordinator = with_a_task();
+    let actions = after_a_world(&mut coordinator, &cancel, &PRESENT, &[(TaskId(0), TaskStep::Done)]);
+    let said = |action: &Action| matches!(action, Action::Reply(_, Reply::Refused { problem, .. }) if problem.contains("is done already"));
+    assert!(actions.iter().any(said), "{actions:?}");
+    assert_eq!(coordinator.unanswered(), 0);
+}
+
+#[test]
+fn a_robot_that_was_admitted_may_be_in_a_later_life_by_now() {
+    let mut coordinator = running(&[]);
+    let new = NewRobot { id: Some("new".to_owned()), start_m: [0.0, 4.0], goal_m: [0.0, 0.0], ..NewRobot::default() };
+    let robots = [PRESENT[0], PRESENT[1], (instance(2, 1), Standing::Present)];
+    after_a_world(&mut coordinator, &[Request::Add(new)], &robots, &[]);
+    coordinator.joined(instance(2, 1), 2, std::time::Duration::ZERO);
+    pass(&mut coordinator, 0..=CONFIRM_WITHIN.as_secs() + 2, ALL_READY);
+    assert_eq!((replies(&mut coordinator).len(), coordinator.unanswered()), (1, 0));
+}
+
+#[test]
+fn a_name_that_is_used_again_is_admitted_again() {
+    let mut coordinator = running(&[]);
+    let name = coordinator.scenario().robots[1].id.clone();
+    coordinator.notice(Notice::Left { instance: instance(1, 0) });
+    coordinator.exited(instance(1, 0), Ending { signal: None, code: Some(0) }, None, None);
+    let new = NewRobot { id: Some(name), start_m: [0.0, 4.0], goal_m: [0.0, 0.0], ..NewRobot::default() };
+    let left = [PRESENT[0], (instance(1, 0), Standing::Left)];
+    let actions = after_a_world(&mut coordinator, &[Request::Add(new)], &left, &[]);
+    let admitted =
+        |action: &Action| matches!(action, Action::Order(Order::Admit { instance: who, .. }) if *who == instance(1, 1));
+    assert!(actions.iter().any(admitted), "{actions:?}");
 }

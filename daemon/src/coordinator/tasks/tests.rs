@@ -340,6 +340,15 @@ fn a_chosen_robot_that_is_gone_is_replaced() {
     assert_eq!((record.state, &record.robot), (TaskState::Queued, &robots[1]));
     answer(&mut coordinator, Ticket::Task(TaskId(0)), None);
     assert_eq!(states(&mut coordinator), [TaskState::Assigned]);
+    // The next one has gone before the order has come.
+    let both = || vec![place([0.0, 1.0], None), place([0.0, 2.0], None)];
+    coordinator.tell_places(both());
+    step(&mut coordinator, 0, TaskStep::Dropped(TaskEnd::RobotGone));
+    assert_eq!(orders(&coordinator.take_actions()), [(0, 0)]);
+    coordinator.tell_places(both());
+    answer(&mut coordinator, Ticket::Task(TaskId(0)), Some(world_sim::ROBOT_GONE));
+    assert_eq!(orders(&coordinator.take_actions()), [(0, 1)]);
+    answer(&mut coordinator, Ticket::Task(TaskId(0)), None);
     // No other one is left.
     coordinator.tell_places(vec![None, None]);
     step(&mut coordinator, 0, TaskStep::Dropped(TaskEnd::RobotGone));
