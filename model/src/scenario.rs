@@ -145,6 +145,9 @@ pub struct Fleet {
     pub command_timeout_s: f64,
     /// An agent that is not ready this long after its start counts as dead, s (wall time).
     pub start_limit_s: f64,
+    /// A robot that takes part and stays where it is for this long does not get to the task of an operator that it heads
+    /// for, s.
+    pub stuck_limit_s: f64,
 }
 
 choice! {

@@ -49,6 +49,15 @@ choice! {
         Overdue = "deadline",
         /// The robot left, was dropped, or is dead for good.
         RobotGone = "robot-gone",
+        /// The planner of the robot found no way, or the robot did not get on for too long.
+        Unreachable = "unreachable",
+    }
+}
+
+impl TaskEnd {
+    /// Whether another robot may do what this one did not.
+    pub const fn is_for_another(self) -> bool {
+        matches!(self, TaskEnd::RobotGone | TaskEnd::Unreachable)
     }
 }
 

@@ -59,6 +59,7 @@ fn scenario(robots: usize, mode: Mode) -> Scenario {
             max_robots: robots,
             straggler: StragglerPolicy::Wait,
             straggler_limit_s: 10.0,
+            stuck_limit_s: 60.0,
             command_timeout_s: 0.25,
             start_limit_s: 10.0,
         },

@@ -149,6 +149,7 @@ fn fleet(node: &Node, clock: &Clock, crew: &Crew, report: &mut Report) -> Fleet 
         straggler_limit_s: node.get(table::Fleet::straggler_limit_s),
         command_timeout_s,
         start_limit_s: node.get(table::Fleet::start_limit_s),
+        stuck_limit_s: node.get(table::Fleet::stuck_limit_s),
     }
 }
 

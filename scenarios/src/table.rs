@@ -124,6 +124,8 @@ keys! {
         command_timeout_s: f64 => "0.25, at least 5 ticks", "s", Range::POSITIVE;
         /// An agent that is not ready after this time, waits for a processor not counted, counts as dead.
         start_limit_s: f64 = 30.0, "s", Range::POSITIVE;
+        /// A robot that stays where it is for this long cannot reach the task that an operator sent.
+        stuck_limit_s: f64 = 60.0, "s", Range::POSITIVE;
     }
 }
 

@@ -343,7 +343,7 @@ pub(crate) fn tasks_are_followed(fleet: &mut Fleet) {
                     assert_eq!(end, None, "{record:?} is dropped, and was at its end before");
                     end = Some(match why {
                         TaskEnd::Cancelled | TaskEnd::Replaced => TaskState::Cancelled,
-                        TaskEnd::Overdue | TaskEnd::RobotGone => TaskState::Failed,
+                        TaskEnd::Overdue | TaskEnd::RobotGone | TaskEnd::Unreachable => TaskState::Failed,
                     });
                 }
                 _ => {}

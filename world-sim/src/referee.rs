@@ -31,6 +31,10 @@ impl Goal {
     fn is_task(&self) -> bool {
         self.source != GoalSource::Scenario
     }
+
+    fn is_of_operator(&self) -> bool {
+        matches!(self.source, GoalSource::Operator(_))
+    }
 }
 
 /// At the last goal. A robot that gets out of its tolerance again is not there any more.
@@ -77,6 +81,8 @@ pub(crate) struct Referee {
     pub(crate) path_m: f64,
     smoothness: Smoothness,
     trail: Trail,
+    /// The place that it has not left, and since which tick.
+    stays: Option<(Point2<f64>, u64)>,
 }
 
 impl Referee {
@@ -121,6 +127,7 @@ impl Referee {
             path_m: 0.0,
             smoothness: Smoothness::default(),
             trail: Trail::new(dt_s),
+            stays: None,
         }
     }
 
@@ -166,6 +173,28 @@ impl Referee {
         if self.arrival.is_some() { 0 } else { 1 + self.waiting.len() as u32 }
     }
 
+    /// For how many ticks the robot, which takes part, has stayed near the place where it is (m), while it heads for the task
+    /// of an operator. Near is within the size of its body or of the tolerance of its goal, whatever it does there.
+    pub(crate) fn stays(&mut self, tick: u64, position: Point2<f64>, radius_m: f64) -> u64 {
+        if self.counted || !self.current.is_of_operator() {
+            self.stays = None;
+            return 0;
+        }
+        let near_m = 2.0 * radius_m.max(self.tolerance_m);
+        let stayed = self.stays.filter(|(at, _)| (position - at).norm() <= near_m);
+        tick - self.stays.insert(stayed.unwrap_or((position, tick))).1
+    }
+
+    /// The robot does not take part, so that it cannot get on.
+    pub(crate) fn rests(&mut self) {
+        self.stays = None;
+    }
+
+    /// The task of an operator that it heads for.
+    pub(crate) fn active_task(&self) -> Option<TaskId> {
+        self.tasks().find_map(|(id, active)| active.then_some(id))
+    }
+
     /// A new goal for the robot, which is `here` (m). False if as many as there may be are waiting.
     pub(crate) fn task(
         &mut self,
@@ -202,7 +231,7 @@ impl Referee {
 
     /// The robot heads for this goal from now on.
     fn begin(&mut self, goal: Goal, journal: &mut Journal) {
-        self.current = goal;
+        (self.current, self.stays) = (goal, None);
         journal.task_step(goal.source, TaskStep::Active);
     }
 

@@ -78,6 +78,10 @@ pub struct World {
     faults_end: u64,
     /// No task has a deadline before this tick.
     tasks_end: u64,
+    /// A robot that stays where it is for so many ticks does not get to its task.
+    stuck_ticks: u64,
+    /// Robots that do not get to what they head for, of the tick that was closed last.
+    stuck: Vec<RobotIndex>,
 
     shapes: Shapes,
     /// Where bodies have weight and push each other.
@@ -147,6 +151,8 @@ impl World {
             impairments: Vec::new(),
             faults_end: u64::MAX,
             tasks_end: u64::MAX,
+            stuck_ticks: (scenario.fleet.stuck_limit_s * clock.tick_hz).ceil() as u64,
+            stuck: Vec::new(),
             shapes,
             solid,
             grid: Grid::default(),
@@ -253,6 +259,7 @@ impl World {
     pub fn open(&mut self, ready: &mut dyn FnMut(RobotInstance) -> bool) -> Opening<'_> {
         assert!(!self.is_open, "a tick is opened once");
         self.is_open = true;
+        self.give_up_tasks();
         // Robots come to be gone, and tasks to have deadlines, by orders and events alone.
         self.stirred |= self.events.get(self.next_event).is_some_and(|next| next.tick <= self.tick);
         self.apply_orders();
@@ -372,6 +379,7 @@ impl World {
         let Some(known) = self.plans.get_mut(instance.index.at()) else { return };
         if std::mem::replace(known, state) != state && state == PlanState::GaveUp {
             self.journal.note_quietly(self.tick, instance.index, || EventKind::GaveUp);
+            self.stuck.push(instance.index);
         }
     }
 
@@ -436,6 +444,11 @@ impl World {
                 referee.drove(body.driven_m(), body.pose.velocity);
                 referee.faces(body.pose.yaw_rad);
                 referee.judge([body.from, body.pose.position], self.tick, &mut self.journal);
+                if referee.stays(self.tick, body.pose.position, body.radius_m) >= self.stuck_ticks {
+                    self.stuck.push(body.instance.index);
+                }
+            } else {
+                referee.rests();
             }
             if body.in_world {
                 referee.pass(self.tick, body.pose.position);

@@ -58,6 +58,7 @@ fn rings(count: usize) -> Scenario {
             max_robots: count,
             straggler: StragglerPolicy::Hold,
             straggler_limit_s: 1.0,
+            stuck_limit_s: 60.0,
             command_timeout_s: 1.0,
             start_limit_s: 1.0,
         },

@@ -348,6 +348,7 @@ impl Coordinator {
             TaskStep::Dropped(TaskEnd::RobotGone) => {
                 self.reassign(id, TaskState::Failed, &format!("robot `{robot}` is gone"));
             }
+            TaskStep::Dropped(TaskEnd::Unreachable) => self.reassign_unreachable(id),
         }
     }
 

@@ -33,6 +33,7 @@ pub struct Checkpoint<'a> {
     arms: Vec<(ArmState, [f64; 2])>,
     scolded: Cow<'a, [bool]>,
     plans: Cow<'a, [PlanState]>,
+    stuck: Cow<'a, [RobotIndex]>,
     faults: Cow<'a, [Faults]>,
     /// By slot.
     heard: Cow<'a, [Vec<NeighborRef>]>,
@@ -78,6 +79,7 @@ impl World {
             arms: self.arms.iter().map(|arm| (arm.state, arm.rate_radps)).collect(),
             scolded: Cow::Borrowed(&self.scolded),
             plans: Cow::Borrowed(&self.plans),
+            stuck: Cow::Borrowed(&self.stuck),
             faults: Cow::Borrowed(&self.faults),
             heard: Cow::Borrowed(self.ranges.all_heard()),
             contacts: (self.contacts.robots, self.contacts.obstacles, Cow::Borrowed(&self.contacts.per_robot)),
@@ -134,6 +136,7 @@ impl World {
         }
         world.scolded = saved.scolded.into_owned();
         world.plans = saved.plans.into_owned();
+        world.stuck = saved.stuck.into_owned();
         world.faults = saved.faults.into_owned();
         world.ranges.resume(saved.heard.into_owned());
         let (robots, obstacles, per_robot) = saved.contacts;

@@ -2,7 +2,7 @@
 
 use super::{UNKNOWN, World};
 use crate::referee::Referee;
-use model::{EventKind, GoalSource, RobotIndex, Task, TaskEnd, TaskId, TaskStep};
+use model::{EventKind, GoalSource, PlanState, RobotIndex, Task, TaskEnd, TaskId, TaskStep};
 
 /// Why a task is refused: the robot has as many goals as it can keep.
 pub const TOO_MANY_GOALS: &str = "too many goals are waiting";
@@ -26,8 +26,10 @@ impl World {
     /// Whether a robot has this task, or had it a short time ago.
     pub(super) fn knows_task(&self, id: TaskId) -> bool {
         let has = |referee: &Referee| referee.tasks().any(|(known, _)| known == id);
-        // One whose robot is gone is for another robot.
-        let ended = |(known, step): &(TaskId, TaskStep)| *known == id && *step != TaskStep::Dropped(TaskEnd::RobotGone);
+        // One whose robot is gone, or cannot reach it, is for another robot.
+        let ended = |(known, step): &(TaskId, TaskStep)| {
+            *known == id && !matches!(step, TaskStep::Dropped(why) if why.is_for_another())
+        };
         self.referees.iter().flatten().any(has) || self.journal.ended.iter().any(ended)
     }
 
@@ -69,6 +71,19 @@ impl World {
         if let Some(referee) = self.referees[slot].as_mut().filter(|referee| referee.has_tasks()) {
             let here = self.bodies[slot].pose.position;
             referee.drop_tasks(&|_, _| Some(TaskEnd::RobotGone), self.tick, here, &mut self.journal);
+        }
+    }
+
+    /// A robot that cannot reach the task of an operator for which it heads drops it, and goes on with the next one.
+    pub(super) fn give_up_tasks(&mut self) {
+        for index in std::mem::take(&mut self.stuck) {
+            let slot = index.at();
+            let Some(referee) = self.referees.get_mut(slot).and_then(Option::as_mut) else { continue };
+            let Some(source) = referee.active_task().map(GoalSource::Operator) else { continue };
+            let why = |goal: GoalSource, _| (goal == source).then_some(TaskEnd::Unreachable);
+            referee.drop_tasks(&why, self.tick, self.bodies[slot].pose.position, &mut self.journal);
+            // What the planner says of the next goal is news.
+            self.plans[slot] = PlanState::Ready;
         }
     }
 

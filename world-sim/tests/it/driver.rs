@@ -58,6 +58,7 @@ pub(crate) fn scenario(robots: Vec<Robot>) -> Scenario {
             max_robots: robots.len() + 4,
             straggler: StragglerPolicy::Hold,
             straggler_limit_s: 1.0,
+            stuck_limit_s: 60.0,
             command_timeout_s: 0.5,
             start_limit_s: 5.0,
         },

@@ -3,12 +3,13 @@
 use crate::driver::{Driver, HZ, at, robot, scenario};
 use geometry::Capsule;
 use model::{
-    BodyKind, EventName, MAX_GOALS, Motion, Obstacle, RobotIndex, RobotOutcome, Scenario, Shape, Stall, Task, TaskEnd,
-    TaskId, TaskStep, TimelineAction,
+    BodyKind, EventName, Fault, MAX_GOALS, Motion, Obstacle, PlanState, RobotIndex, RobotOutcome, Scenario, Shape,
+    Stall, Task, TaskEnd, TaskId, TaskStep, TimelineAction,
 };
 use nalgebra::Point2;
-use protocol::daemon_to_world::{Order, Ticket};
+use protocol::daemon_to_world::{FaultId, Order, Ticket};
 use protocol::world_to_daemon::Notice;
+use shoal_world_sim::World;
 
 fn one() -> Scenario {
     scenario(vec![robot(0, [0.0, 0.0], [2.0, 0.0])])
@@ -367,4 +368,66 @@ fn a_robot_that_is_gone_has_no_tasks() {
     driver.world.order(order(1, Task::to([3.5, 0.0])));
     driver.run();
     assert_eq!(steps(&driver), [(5, 1, TaskStep::Dropped(TaskEnd::RobotGone))]);
+}
+
+#[test]
+fn a_task_that_its_planner_gives_up_is_dropped_and_the_next_one_follows() {
+    let mut driver = Driver::new(&one());
+    driver.world.order(order(1, Task { now: true, ..Task::to([9.0, 9.0]) }));
+    driver.world.order(order(2, Task::to([0.5, 0.0])));
+    driver.world.order(order(3, Task::to([1.0, 0.0])));
+    driver.until(5);
+    driver.open();
+    let who = driver.world.participants()[0];
+    driver.world.planned(who, PlanState::GaveUp);
+    driver.close();
+    // The state of the planner is that of the tick before, and not of the goal that has just begun.
+    driver.run();
+    use TaskStep::{Active, Done, Dropped};
+    let steps: Vec<(u32, TaskStep)> = steps(&driver).into_iter().map(|(_, task, step)| (task, step)).collect();
+    let unreachable = Dropped(TaskEnd::Unreachable);
+    assert_eq!(steps, [(1, Active), (1, unreachable), (2, Active), (2, Done), (3, Active), (3, Done)]);
+}
+
+#[test]
+fn a_planner_that_gives_up_a_goal_of_the_scenario_keeps_it() {
+    let mut driver = Driver::new(&one());
+    driver.world.order(order(1, Task::to([0.5, 0.0])));
+    driver.open();
+    let who = driver.world.participants()[0];
+    driver.world.planned(who, PlanState::GaveUp);
+    driver.close();
+    let outcome = driver.run();
+    assert_eq!((outcome.robots[0].goals_done, outcome.robots[0].tasks_done), (2, 1));
+}
+
+#[test]
+fn a_robot_that_stays_where_it_is_drops_its_task_in_the_end() {
+    let mut scenario = one();
+    scenario.fleet.stuck_limit_s = 2.0;
+    let limit = (2.0 * HZ) as u64;
+    // When it drops a task if it moves like this (m/s), and is paused at this tick for as long as the limit.
+    let dropped_at = |speed: &dyn Fn(u64) -> f64, paused_at: Option<u64>| -> Option<u64> {
+        let mut world = World::new(&scenario);
+        world.order(order(1, Task { now: true, ..Task::to([9.0, 9.0]) }));
+        (0..5 * limit).find(|tick| {
+            if paused_at == Some(*tick) {
+                let (id, index) = (FaultId(1), RobotIndex(0));
+                world.order(Order::Fault { id, index, fault: Fault::Pause, ticks: Some(limit) });
+            }
+            world.open(&mut |_| true);
+            world.close(&mut |_| Some(model::Drive::Velocity(nalgebra::Vector2::new(speed(*tick), 0.0))));
+            world
+                .take_notices()
+                .iter()
+                .any(|notice| matches!(notice, Notice::Task { step: TaskStep::Dropped(TaskEnd::Unreachable), .. }))
+        })
+    };
+    // It is looked at from the end of the first tick on, and what it has is dropped when the next tick opens.
+    assert_eq!(dropped_at(&|_| 0.0, None), Some(limit + 1));
+    let trembles = |tick: u64| if tick.is_multiple_of(2) { 0.3 } else { -0.3 };
+    assert_eq!(dropped_at(&trembles, None), Some(limit + 1), "to and fro is no way");
+    assert_eq!(dropped_at(&|_| 0.5, None), None, "it gets on");
+    // The time in which it was paused, and the time before that, do not count.
+    assert_eq!(dropped_at(&|_| 0.0, Some(limit / 2)), Some(limit / 2 + limit + limit + 1));
 }

@@ -252,7 +252,7 @@ fn a_removal_that_a_world_lost_is_ordered_again() {
     let mut coordinator = running(&[]);
     let remove = Request::Remove { robot: coordinator.scenario().robots[1].id.clone() };
     let order = Action::Order(Order::Remove { index: RobotIndex(1) });
-    assert_eq!(after_a_world(&mut coordinator, &[remove.clone()], &PRESENT, &[]), [order]);
+    assert_eq!(after_a_world(&mut coordinator, std::slice::from_ref(&remove), &PRESENT, &[]), [order]);
     coordinator.notice(Notice::Left { instance: instance(1, 0) });
     answer(&mut coordinator, Ticket::Remove(RobotIndex(1)), None);
     assert_eq!(replies(&mut coordinator).len(), 1);

@@ -2,7 +2,7 @@
 
 use super::super::{Coordinator, Refusal, refused};
 use crate::assign::{self, Candidate};
-use model::{ProcessState, Task, TaskEnd, TaskId, TaskState, TaskStep};
+use model::{ProcessState, Task, TaskId, TaskState, TaskStep};
 use protocol::operator_to_daemon::Assign;
 use protocol::world_to_daemon::Notice;
 
@@ -26,8 +26,8 @@ impl Coordinator {
     /// Whether a task is put up for auction again because of this notice: then [`Coordinator::tell_places`] is wanted before
     /// it, with what the boards of the robots say.
     pub fn wants_bids(&self, notice: &Notice) -> bool {
-        let Notice::Task { id, step: TaskStep::Dropped(TaskEnd::RobotGone) } = notice else { return false };
-        self.tasks.records.get(id).is_some_and(|record| record.assign == Assign::Auction)
+        let Notice::Task { id, step: TaskStep::Dropped(why) } = notice else { return false };
+        why.is_for_another() && self.tasks.records.get(id).is_some_and(|record| record.assign == Assign::Auction)
     }
 
     /// Where the robots are, by slot; `None` for one that is not in the world.
@@ -116,15 +116,28 @@ impl Coordinator {
         chosen.into_iter().enumerate().map(slot_of).collect()
     }
 
-    /// The robot of a task is gone: another one gets it, unless its sender wanted this one, or there is none; then it ends in
-    /// this state.
+    /// No robot is given a task again that did not get there.
+    pub(super) fn reassign_unreachable(&mut self, id: TaskId) {
+        let Some(record) = self.tasks.records.get(&id) else { return };
+        let had = |name: &String| record.steps.iter().any(|step| step.robot == *name);
+        for (robot, place) in self.scenario.robots.iter().zip(&mut self.tasks.places) {
+            if had(&robot.id) {
+                *place = None;
+            }
+        }
+        let why = format!("robot `{}` does not get there", record.robot);
+        self.reassign(id, TaskState::Failed, &why);
+    }
+
+    /// The robot of a task does not do it: another one gets it, unless its sender wanted this one, or there is none; then it
+    /// ends in this state.
     pub(super) fn reassign(&mut self, id: TaskId, end: TaskState, why: &str) {
         let Some(record) = self.tasks.records.get(&id) else { return };
-        let (assign, task, gone) = (record.assign.clone(), record.task, record.robot.clone());
+        let (assign, task, before) = (record.assign.clone(), record.task, record.robot.clone());
         if let Assign::Robot(_) = assign {
             return self.change(id, end, why);
         }
-        if let Some(place) = self.scenario.robots.iter().position(|robot| robot.id == gone)
+        if let Some(place) = self.scenario.robots.iter().position(|robot| robot.id == before)
             && let Some(place) = self.tasks.places.get_mut(place)
         {
             *place = None;

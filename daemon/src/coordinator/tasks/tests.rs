@@ -358,6 +358,31 @@ fn a_chosen_robot_that_is_gone_is_replaced() {
 }
 
 #[test]
+fn a_task_that_a_robot_does_not_get_to_goes_to_each_other_one_once() {
+    let mut coordinator = running(&[]);
+    let robots = names(&coordinator);
+    coordinator.request(&task(&robots[0], [0.0, 1.0]), FREE_PLACE);
+    answer(&mut coordinator, Ticket::Task(TaskId(0)), None);
+    step(&mut coordinator, 0, TaskStep::Dropped(TaskEnd::Unreachable));
+    let found = list(&mut coordinator, all());
+    assert_eq!(found[0].state, TaskState::Failed, "its sender wanted this robot");
+    assert_eq!(found[0].steps.last().unwrap().reason, format!("robot `{}` does not get there", robots[0]));
+
+    let places = || vec![place([0.0, 1.0], None), place([0.0, 2.0], None)];
+    coordinator.tell_places(places());
+    coordinator.request(&batch(Assign::Nearest, &[[0.0, 1.0]]), FREE_PLACE);
+    answer(&mut coordinator, Ticket::Task(TaskId(1)), None);
+    coordinator.take_actions();
+    for next in [vec![(1, 1)], vec![]] {
+        coordinator.tell_places(places());
+        step(&mut coordinator, 1, TaskStep::Dropped(TaskEnd::Unreachable));
+        assert_eq!(orders(&coordinator.take_actions()), next);
+        answer(&mut coordinator, Ticket::Task(TaskId(1)), None);
+    }
+    assert_eq!(states(&mut coordinator)[1], TaskState::Failed);
+}
+
+#[test]
 fn cancelling_is_up_to_the_world() {
     let mut coordinator = running(&[]);
     let east = names(&coordinator)[0].clone();
