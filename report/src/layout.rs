@@ -64,6 +64,12 @@ impl Page {
         self.text.push('\n');
     }
 
+    /// A line that is not cut, for what is copied: a command.
+    pub fn whole(&mut self, line: &str) {
+        self.text.push_str(line.trim_end());
+        self.text.push('\n');
+    }
+
     fn wrapped(&mut self, start: String, words: &str, hanging: usize) {
         let hanging = hanging.min(self.width / 2);
         let mut line = start;

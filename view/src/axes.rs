@@ -125,6 +125,16 @@ impl Axes {
         self.labels(pad, x_label, y_label);
     }
 
+    /// The same, where the y axis has rows: their names are for the caller to draw.
+    pub(super) fn draw_rows(&self, pad: &Pad<'_>, x_label: &str) {
+        let x_ticks = self.x_ticks();
+        self.grid(pad, &x_ticks, &[]);
+        for (x, text) in &x_ticks {
+            pad.text([self.at([*x, 0.0])[0], self.bottom() + 14.0], text, LABEL, FAINT_INK, Anchor::Middle);
+        }
+        self.labels(pad, x_label, "");
+    }
+
     fn grid(&self, pad: &Pad<'_>, x_ticks: &[(f64, String)], y_ticks: &[(f64, String)]) {
         for (x, _) in x_ticks {
             let x = self.at([*x, 0.0])[0];

@@ -1,9 +1,10 @@
 //! Pictures as SVG: what a run looked like, and the figures of the papers.
 //!
 //! `pad` draws lines and letters with plotters, `axes` knows where a number is on the paper, `scene` takes from a
-//! record what can be seen of a run, `run`, `series` and `histogram` are the pictures. Everything is pure: data in, text out.
+//! record what can be seen of a run, `run`, `series`, `histogram` and `boxes` are the pictures. Everything is pure: data in, text out.
 
 mod axes;
+pub mod boxes;
 pub mod histogram;
 mod pad;
 pub mod run;
