@@ -7,6 +7,7 @@ mod inject;
 mod internal;
 mod run;
 mod service;
+mod sweep;
 mod task;
 mod values;
 
@@ -17,6 +18,7 @@ pub use inject::*;
 pub use internal::*;
 pub use run::*;
 pub use service::*;
+pub use sweep::*;
 pub use task::*;
 pub use values::{Pose, not_an_option, parse_duration, parse_point, parse_pose};
 
@@ -38,6 +40,7 @@ Examples:
   shoal run ring-15 --record ring.rec  and then `shoal plot ring.rec` draws it
   shoal planners                       the planners that a robot can use
   shoal reproduce                      compare the planners with their papers
+  shoal sweep ring-15 --planner apf    many seeds, and planners, in one table
   shoal doctor                         can this machine run a fleet?
 
 Exit codes: 0 all expectations met, 1 an expectation failed, 2 invalid command
@@ -62,6 +65,8 @@ pub enum Verb {
     Plot(PlotArgs),
     /// Compare the planners with the results in their papers
     Reproduce(ReproduceArgs),
+    /// Compare planners over scenarios, seeds and values of keys
+    Sweep(Box<SweepArgs>),
     /// Run a fleet in real time and report whether this machine keeps up
     Stress(StressArgs),
     /// Benchmark the runtime and the planners

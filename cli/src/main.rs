@@ -68,6 +68,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Clean(options) => done(verbs::clean::run(options)),
         Verb::Ps(options) => verbs::ps::run(options),
         Verb::Latency(options) => done(verbs::latency::run(options)),
+        Verb::Sweep(options) => verbs::sweep::run(options),
         Verb::Stress(options) => verbs::stress::run(options),
         Verb::Add(options) => done(verbs::add::run(options)),
         Verb::Metrics(options) => done(verbs::metrics::run(options)),

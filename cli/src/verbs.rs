@@ -19,6 +19,7 @@ pub mod reproduce;
 pub mod restart;
 pub mod schema;
 pub mod stress;
+pub mod sweep;
 pub mod task;
 pub mod unbuilt;
 pub mod up;

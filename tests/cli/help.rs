@@ -39,6 +39,7 @@ texts! {
     of_logs: "logs --help",
     of_latency: "latency --help",
     of_stress: "stress --help",
+    of_sweep: "sweep --help",
     of_add: "add --help",
     of_remove: "remove --help",
     of_restart: "restart --help",
@@ -63,7 +64,7 @@ fn no_verb_is_forgotten() {
     let command = shoal::args::Cli::command();
     let verbs: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
-    let known = "run up down plot reproduce stress bench validate schema planners doctor clean ps logs latency metrics add remove restart task inject";
+    let known = "run up down plot reproduce sweep stress bench validate schema planners doctor clean ps logs latency metrics add remove restart task inject";
     assert_eq!(verbs.join(" "), known);
 }
 

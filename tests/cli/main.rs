@@ -8,4 +8,5 @@ mod files;
 mod help;
 mod output;
 mod support;
+mod sweep;
 mod verbs;

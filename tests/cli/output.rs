@@ -124,6 +124,7 @@ fn a_narrow_terminal_is_not_overrun() {
         "planners",
         "--help",
         "doctor",
+        "sweep ring-15 head-on --planner apf --planner amr-apf --seeds 0..2 --baseline apf",
     ] {
         let _place = Place::take();
         let ended = Run::new("script").args(["-q", "-e", "-c", &line(words), "/dev/null"]).env("TERM", "xterm").end();

@@ -118,6 +118,7 @@ fn help_shows_what_exists_and_nothing_else() {
         "logs",
         "plot",
         "reproduce",
+        "sweep",
         "bench",
         "validate",
         "schema",
