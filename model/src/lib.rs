@@ -8,6 +8,7 @@ pub mod field;
 pub mod ids;
 pub mod key;
 pub mod kind;
+pub mod kinematics;
 pub mod measure;
 pub mod motion;
 pub mod outcome;

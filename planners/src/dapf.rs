@@ -184,6 +184,7 @@ impl Planner for Dapf {
             repulsive: heading * (force - attraction),
             stopped: yields,
             state: PlanState::Ready,
+            intent: None,
         }
     }
 }
@@ -276,6 +277,8 @@ mod tests {
             remaining_m: 9.0,
             arrived: false,
             stopped: false,
+            next: None,
+            intent: None,
         });
         let input = PlanInput {
             yaw_rad: 0.4,
@@ -312,6 +315,8 @@ mod tests {
             remaining_m,
             arrived,
             stopped: false,
+            next: None,
+            intent: None,
         };
         for (it, slot, lin, constant) in [
             (robot([0.49, 0.0], 3.1, false), 0, true, true),

@@ -25,7 +25,7 @@ pub use chassis::Chassis;
 pub use method::{Identity, Method, Symmetry};
 pub use model::{choice, keys};
 pub use params::ParamError;
-pub use planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id, solid};
+pub use planner::{Intent, Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id, solid};
 
 /// Every method, in the order in which help lists them. A new one costs its file, its `pub mod` above and a line here.
 pub static METHODS: &[&Method] = &[

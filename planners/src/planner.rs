@@ -127,6 +127,28 @@ pub struct Neighbor {
     pub arrived: bool,
     /// It stands still on purpose.
     pub stopped: bool,
+    /// Where the command that it gave when it spoke takes it within a tick, m: in kinematic worlds, if its message is one
+    /// tick old, exactly where it is now. `None`: it does not say, or its body does not go where it is asked to.
+    pub next: Option<Point2<f64>>,
+    /// What it intends, if its method says so.
+    pub intent: Option<Intent>,
+}
+
+/// What a method tells other robots of what it is about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intent {
+    /// The velocity that the robot would have if it were alone, m/s.
+    pub wish: Vector2<f64>,
+    /// Length of the way to its goal that is left, m.
+    pub left_m: f64,
+    /// Length of that way when it began, m.
+    pub way_m: f64,
+    /// The next corner of its way; `None` if the goal comes next, m.
+    pub corner: Option<Point2<f64>>,
+    /// The share of its speed that it has lost lately, 0 to 1.
+    pub slow: f32,
+    /// The share of its headway that it has lost lately, 0 for one that gets on as it wishes, 2 for one that is driven back.
+    pub lag: f32,
 }
 
 /// What a method answers. The two terms travel along so that a log explains itself.
@@ -142,6 +164,8 @@ pub struct Plan {
     pub stopped: bool,
     /// Whether the method has a plan at all.
     pub state: PlanState,
+    /// What is told to the others beside the pose.
+    pub intent: Option<Intent>,
 }
 
 impl Plan {
@@ -153,6 +177,7 @@ impl Plan {
             repulsive: Vector2::zeros(),
             stopped: false,
             state: PlanState::Ready,
+            intent: None,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What the daemon tells an agent when it starts it: a file in the root of the run, read once.
 
-use model::{Clock, Robot, RobotInstance, Scenario};
+use model::{Clock, Physics, Robot, RobotInstance, Scenario};
 use serde::{Deserialize, Serialize};
 
 /// Everything an agent needs to know of the scenario.
@@ -12,6 +12,8 @@ pub struct AgentSpec {
     pub robot: Robot,
     /// How time passes.
     pub clock: Clock,
+    /// What moves the bodies.
+    pub physics: Physics,
     /// A command acts for this long after the odometry that it was computed from, s; from older odometry there is none.
     pub command_timeout_s: f64,
     /// How many pieces there are besides one per robot.
@@ -37,6 +39,7 @@ impl AgentSpec {
             instance,
             robot: robot.clone(),
             clock: scenario.clock,
+            physics: scenario.physics,
             command_timeout_s: scenario.fleet.command_timeout_s,
             shape_pieces: scenario.shape_pieces(),
             max_robots: scenario.fleet.max_robots as u32,

@@ -200,6 +200,8 @@ fn still(id: u32, position: [f64; 2]) -> Neighbor {
         remaining_m: 1.0,
         arrived: false,
         stopped: false,
+        next: None,
+        intent: None,
     }
 }
 

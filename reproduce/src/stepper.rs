@@ -386,6 +386,8 @@ impl<P: Planner> Stepper<P> {
                 remaining_m: (goal(robot) - body.position).norm(),
                 arrived: body.arrived,
                 stopped: body.stopped,
+                next: None,
+                intent: None,
             });
         }
     }

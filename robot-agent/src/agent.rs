@@ -2,11 +2,12 @@
 
 use crate::radio::Receiver;
 use geometry::ArmState;
-use model::{Drive, PlanState, Radio, RobotInstance};
+use model::kinematics::Pose;
+use model::{BodyKind, Drive, Physics, PlanState, Radio, RobotInstance};
 use nalgebra::{Point2, Vector2};
-use planners::{Chassis, Identity, Neighbor, Obstacle, ParamError, PlanInput, Planner};
+use planners::{Chassis, Identity, Intent, Neighbor, Obstacle, ParamError, PlanInput, Planner};
 use protocol::daemon_to_robot::{AgentSpec, MapPiece};
-use protocol::robot_to_robot::SharedPose;
+use protocol::robot_to_robot::{SharedIntent, SharedPose};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 
@@ -202,6 +203,7 @@ impl Agent {
             (drive, ..) => drive.within(&robot.limits),
         };
 
+        let next = self.foresee(odometry, drive);
         let mut flags = SharedPose::FLAG_SPOKEN;
         if arrived {
             flags |= SharedPose::FLAG_ARRIVED;
@@ -209,6 +211,16 @@ impl Agent {
         if plan.stopped {
             flags |= SharedPose::FLAG_STOPPED;
         }
+        if next.is_some() {
+            flags |= SharedPose::FLAG_NEXT;
+        }
+        if let Some(intent) = plan.intent {
+            flags |= SharedPose::FLAG_INTENT;
+            if intent.corner.is_some() {
+                flags |= SharedPose::FLAG_CORNER;
+            }
+        }
+        let next = next.unwrap_or(position);
         *pose = SharedPose {
             tick: odometry.tick,
             stamp_ns: 0,
@@ -220,10 +232,34 @@ impl Agent {
             radius_m: robot.radius_m,
             joints_rad,
             remaining_m: if arrived { 0.0 } else { (goal - position).norm() },
+            next_x_m: next.x,
+            next_y_m: next.y,
+            intent: plan.intent.map(shared).unwrap_or_default(),
             flags,
             reserved: 0,
         };
         AgentOutputs { drive, plan: plan.state }
+    }
+
+    /// Where the body is at the next tick if the world gets this drive in time; nothing of a body that has weight, or that
+    /// does not drive about.
+    fn foresee(&self, odometry: &Odometry, drive: Drive) -> Option<Point2<f64>> {
+        let robot = &self.spec.robot;
+        if self.spec.physics != Physics::Kinematic || !BodyKind::MOBILE.contains(&robot.kind) {
+            return None;
+        }
+        let mut pose = Pose::resting(Point2::new(odometry.x_m, odometry.y_m), odometry.yaw_rad);
+        pose.velocity = Vector2::new(odometry.vx_mps, odometry.vy_mps);
+        let (sin, cos) = odometry.yaw_rad.sin_cos();
+        (pose.speed_mps, pose.turn_radps) = (pose.velocity.dot(&Vector2::new(cos, sin)), odometry.turn_radps);
+        match robot.wheels {
+            Some(wheels) => {
+                pose.wheel_radps = wheels.rates_of(pose.speed_mps, pose.turn_radps);
+                pose.advance_on(&wheels, drive, &robot.limits, self.spec.clock.dt_s());
+            }
+            None => pose.advance(drive, &robot.limits, self.spec.clock.dt_s()),
+        }
+        Some(pose.position)
     }
 
     /// Sorts what is seen into obstacles and neighbours. A robot that was heard just now is known from its own word; one
@@ -242,6 +278,7 @@ impl Agent {
                     neighbor.position = Point2::new(piece.ax_m, piece.ay_m);
                     neighbor.velocity = Vector2::new(piece.vx_mps, piece.vy_mps);
                     neighbor.age_s = 0.0;
+                    neighbor.next = None;
                 }
             }
         }
@@ -262,6 +299,20 @@ pub fn planner_of(spec: &AgentSpec) -> Result<Box<dyn Planner>, AgentError> {
         planner: robot.planner.clone(),
         problem,
     })
+}
+
+fn shared(intent: Intent) -> SharedIntent {
+    let corner = intent.corner.unwrap_or_default();
+    SharedIntent {
+        wish_x_mps: intent.wish.x,
+        wish_y_mps: intent.wish.y,
+        left_m: intent.left_m,
+        way_m: intent.way_m,
+        corner_x_m: corner.x,
+        corner_y_m: corner.y,
+        slow: intent.slow,
+        lag: intent.lag,
+    }
 }
 
 fn on_map(piece: &MapPiece) -> Obstacle {

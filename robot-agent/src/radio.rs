@@ -9,7 +9,8 @@
 
 use model::random::Stream;
 use model::{Radio, RobotInstance};
-use planners::Neighbor;
+use nalgebra::{Point2, Vector2};
+use planners::{Intent, Neighbor};
 use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::NeighborRef;
 
@@ -77,8 +78,9 @@ impl Receiver {
                 if radio.drop <= 0.0 || self.losses.unit() >= radio.drop {
                     let mut pose = *pose;
                     if radio.noise_m > 0.0 {
-                        pose.x_m += radio.noise_m * self.errors.normal();
-                        pose.y_m += radio.noise_m * self.errors.normal();
+                        let [x_m, y_m] = [(); 2].map(|()| radio.noise_m * self.errors.normal());
+                        (pose.x_m, pose.next_x_m) = (pose.x_m + x_m, pose.next_x_m + x_m);
+                        (pose.y_m, pose.next_y_m) = (pose.y_m + y_m, pose.next_y_m + y_m);
                     }
                     if radio.delay_ticks == 0 {
                         track.current = Some(pose);
@@ -100,14 +102,16 @@ impl Receiver {
             };
             Neighbor {
                 id: who.index,
-                position: nalgebra::Point2::new(pose.x_m, pose.y_m),
+                position: Point2::new(pose.x_m, pose.y_m),
                 yaw_rad: pose.yaw_rad,
-                velocity: nalgebra::Vector2::new(pose.vx_mps, pose.vy_mps),
+                velocity: Vector2::new(pose.vx_mps, pose.vy_mps),
                 radius_m: pose.radius_m,
                 age_s,
                 remaining_m: pose.remaining_m,
                 arrived: pose.has(SharedPose::FLAG_ARRIVED),
                 stopped: pose.has(SharedPose::FLAG_STOPPED),
+                next: pose.has(SharedPose::FLAG_NEXT).then(|| Point2::new(pose.next_x_m, pose.next_y_m)),
+                intent: intent(pose),
             }
         })
     }
@@ -136,6 +140,19 @@ impl Receiver {
             }));
         }
     }
+}
+
+/// What a robot said that it intends.
+fn intent(pose: &SharedPose) -> Option<Intent> {
+    let told = pose.intent;
+    pose.has(SharedPose::FLAG_INTENT).then(|| Intent {
+        wish: Vector2::new(told.wish_x_mps, told.wish_y_mps),
+        left_m: told.left_m,
+        way_m: told.way_m,
+        corner: pose.has(SharedPose::FLAG_CORNER).then(|| Point2::new(told.corner_x_m, told.corner_y_m)),
+        slow: told.slow,
+        lag: told.lag,
+    })
 }
 
 #[cfg(test)]

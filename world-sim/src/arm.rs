@@ -2,8 +2,8 @@
 //!
 //! Geometry and kinematics are those of [`geometry::arm`]; here is only what a tick does to an arm.
 
-use crate::kinematics::Pose;
 use geometry::{ArmState, Capsule, towards, wrap};
+use model::kinematics::Pose;
 use model::{ArmSetup, Drive, Limits};
 use nalgebra::{Point2, Vector2};
 

@@ -1,6 +1,6 @@
 //! A robot as the physics sees it: plain numbers, refreshed from its presence when a tick opens.
 
-use crate::kinematics::Pose;
+use model::kinematics::Pose;
 use model::{BodyKind, Limits, Robot, RobotIndex, RobotInstance, Wheels};
 use nalgebra::Point2;
 

@@ -7,8 +7,8 @@
 //!
 //! ```text
 //! world       the tick                    presence    who takes part, and since when
-//! kinematics  how robots move             arm         joints and links
-//! links       how near links come to what  shortest    the path one could take
+//! arm         joints and links            links       how near links come to what
+//! shortest    the path one could take
 //! shapes      obstacles where they are    grid        who is near whom
 //! ranges      who hears and sees what     contact     swept clearances
 //! restarts    what follows the end of a process
@@ -30,7 +30,6 @@ mod contact;
 mod faults;
 mod grid;
 mod journal;
-mod kinematics;
 mod links;
 mod moving;
 pub mod outcome_file;

@@ -15,13 +15,13 @@ use crate::contact::{Contact, Contacts};
 use crate::faults::Faults;
 use crate::grid::Grid;
 use crate::journal::Journal;
-use crate::kinematics::fits;
 use crate::links::Parts;
 use crate::presence::{Presence, State};
 use crate::ranges::Ranges;
 use crate::referee::Referee;
 use crate::shapes::Shapes;
 use crate::touch;
+use model::kinematics::fits;
 use model::{
     Clock, Drive, EventKind, MAX_ROBOTS, Partner, Physics, PlanState, Radio, Robot, RobotIndex, RobotInstance,
     Scenario, StragglerPolicy, TimelineAction, TimelineEvent, Touch,

@@ -224,6 +224,7 @@ impl Planner for AmrApf {
             repulsive: heading * (force - attraction),
             stopped: if self.params.sticky_stop { self.stuck_flag } else { sum.yields },
             state: PlanState::Ready,
+            intent: None,
         }
     }
 }

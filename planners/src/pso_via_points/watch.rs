@@ -237,6 +237,8 @@ pub(super) fn as_robot(obstacle: &Obstacle, position: Point2<f64>) -> Option<Nei
         remaining_m: f64::INFINITY,
         arrived: false,
         stopped: false,
+        next: None,
+        intent: None,
     })
 }
 

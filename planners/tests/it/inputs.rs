@@ -94,6 +94,8 @@ pub(crate) fn robot(id: u32, position: [f64; 2]) -> Neighbor {
         remaining_m: 1.0,
         arrived: false,
         stopped: false,
+        next: None,
+        intent: None,
     }
 }
 

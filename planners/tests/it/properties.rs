@@ -8,7 +8,7 @@ use model::{BodyKind, Drive, Limits, ParamValue, ParamValues, Wheels};
 use nalgebra::{Point2, Rotation2, Vector2};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use shoal_planners::{Identity, METHODS, Neighbor, Obstacle, Plan, Planner};
+use shoal_planners::{Identity, Intent, METHODS, Neighbor, Obstacle, Plan, Planner};
 
 /// Fixed seed: a failure is the same for everybody. The failing input is printed in full and becomes a named row.
 pub(crate) fn config() -> ProptestConfig {
@@ -45,6 +45,8 @@ fn neighbor(size: f64) -> impl Strategy<Value = Neighbor> {
             remaining_m,
             arrived,
             stopped,
+            next: None,
+            intent: None,
         },
     )
 }
@@ -205,6 +207,7 @@ fn mapped_plan(plan: Plan, vector: impl Fn(Vector2<f64>) -> Vector2<f64>, side: 
         repulsive: vector(plan.repulsive),
         stopped: plan.stopped,
         state: plan.state,
+        intent: plan.intent.map(|intent| Intent { wish: vector(intent.wish), corner: None, ..intent }),
     }
 }
 

@@ -7,10 +7,10 @@
 
 use super::World;
 use crate::faults::Faults;
-use crate::kinematics::Pose;
 use crate::presence::Presence;
 use crate::referee::Referee;
 use geometry::ArmState;
+use model::kinematics::Pose;
 use model::{Event, EventKind, PlanState, Radio, Robot, RobotIndex, RobotInstance, Scenario, TaskId, TaskStep};
 use protocol::world_to_daemon::{Notice, Standings};
 use protocol::world_to_robot::NeighborRef;

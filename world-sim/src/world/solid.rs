@@ -2,10 +2,10 @@
 
 use crate::body::Body;
 use crate::contact::Contact;
-use crate::kinematics::Pose;
 use crate::shapes::Shapes;
 use crate::touch::First;
 use dynamics::{Bodies, Chassis, Touch, With};
+use model::kinematics::Pose;
 use model::{Drive, Robot};
 
 /// A world's bodies in the engine, and what they are asked.

@@ -37,6 +37,8 @@ fn neighbor(id: u32, position: [f64; 2]) -> Neighbor {
         remaining_m: 1.0,
         arrived: false,
         stopped: false,
+        next: None,
+        intent: None,
     }
 }
 

@@ -141,6 +141,8 @@ impl Course {
                 remaining_m: 5.0 + distance,
                 arrived: id % 8 == 0,
                 stopped: false,
+                next: None,
+                intent: None,
             }
         }));
     }

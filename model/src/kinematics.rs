@@ -1,41 +1,41 @@
-//! How the bodies of robots move during a tick.
+//! How the bodies of robots move during a tick. The world moves them by it, and a robot foresees by it where it will be.
 
+use crate::{BodyKind, Drive, Limits, Wheels};
 use geometry::{towards, wrap};
-use model::{BodyKind, Drive, Limits, Wheels};
 use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Where a body is and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Pose {
+pub struct Pose {
     /// m.
-    pub(crate) position: Point2<f64>,
+    pub position: Point2<f64>,
     /// rad, in (-π, π].
-    pub(crate) yaw_rad: f64,
+    pub yaw_rad: f64,
     /// In the world frame, m/s.
-    pub(crate) velocity: Vector2<f64>,
+    pub velocity: Vector2<f64>,
     /// Forward speed of a unicycle or a diff-drive, m/s, negative in reverse.
-    pub(crate) speed_mps: f64,
+    pub speed_mps: f64,
     /// Turn rate of a unicycle or a diff-drive, or of the last link of an arm, rad/s.
-    pub(crate) turn_radps: f64,
+    pub turn_radps: f64,
     /// Rates of the wheels of a diff-drive, left and right, rad/s.
-    pub(crate) wheel_radps: [f64; 2],
+    pub wheel_radps: [f64; 2],
 }
 
 impl Pose {
     /// Standing still.
-    pub(crate) fn resting(position: Point2<f64>, yaw_rad: f64) -> Pose {
+    pub fn resting(position: Point2<f64>, yaw_rad: f64) -> Pose {
         let yaw_rad = wrap(yaw_rad);
         Pose { position, yaw_rad, velocity: Vector2::zeros(), speed_mps: 0.0, turn_radps: 0.0, wheel_radps: [0.0; 2] }
     }
 
     /// Stops at once, whatever the limits: a robot that nobody steers stands.
-    pub(crate) fn halt(&mut self) {
+    pub fn halt(&mut self) {
         *self = Pose { velocity: Vector2::zeros(), speed_mps: 0.0, turn_radps: 0.0, wheel_radps: [0.0; 2], ..*self };
     }
 
-    /// One tick of `dt_s` under a drive that [fits](fits) the body.
-    pub(crate) fn advance(&mut self, drive: Drive, limits: &Limits, dt_s: f64) {
+    /// One tick of `dt_s` under a drive that [fits] the body.
+    pub fn advance(&mut self, drive: Drive, limits: &Limits, dt_s: f64) {
         match drive.within(limits) {
             Drive::Velocity(wanted) => self.slide(wanted, limits, dt_s),
             Drive::Twist { speed_mps, turn_radps } => {
@@ -54,7 +54,7 @@ impl Pose {
     /// The same for a body on wheels: each wheel gets as near to the rate that is asked of it as its acceleration allows.
     ///
     /// Each rate is on its way from one that is within all limits to another such, so all of them hold at any time.
-    pub(crate) fn advance_on(&mut self, wheels: &Wheels, drive: Drive, limits: &Limits, dt_s: f64) {
+    pub fn advance_on(&mut self, wheels: &Wheels, drive: Drive, limits: &Limits, dt_s: f64) {
         let Some(wanted_radps) = wheels.rates_for(drive, limits) else { return };
         self.wheel_radps = wheels.towards(self.wheel_radps, wanted_radps, dt_s);
         (self.speed_mps, self.turn_radps) = wheels.twist_of(self.wheel_radps);
@@ -84,7 +84,7 @@ impl Pose {
 }
 
 /// Whether a body of this kind can follow the drive: the right form, and finite.
-pub(crate) fn fits(kind: BodyKind, drive: &Drive) -> bool {
+pub fn fits(kind: BodyKind, drive: &Drive) -> bool {
     let form = match drive {
         Drive::Velocity(_) => kind == BodyKind::Point,
         Drive::Twist { .. } => BodyKind::ROLLING.contains(&kind),
