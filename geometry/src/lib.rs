@@ -3,11 +3,13 @@
 
 pub mod angle;
 pub mod arm;
+pub mod half_planes;
 pub mod shapes;
 pub mod smoothness;
 pub mod spline;
 
 pub use angle::{heading, towards, wrap};
 pub use arm::{ArmGeometry, ArmState, Elbow};
+pub use half_planes::HalfPlane;
 pub use shapes::{Capsule, Polygon, segment_distance, segments_cross, swept_distance};
 pub use smoothness::Smoothness;
