@@ -12,6 +12,7 @@ pub mod dapf;
 pub mod decentralized_apf;
 pub mod liquid;
 pub mod method;
+pub mod orca;
 pub mod params;
 pub mod planner;
 pub mod pso_via_points;
@@ -20,6 +21,7 @@ pub mod steering;
 pub mod straight;
 #[cfg(test)]
 mod testing;
+pub mod way;
 
 pub use chassis::Chassis;
 pub use method::{Identity, Method, Symmetry};
@@ -38,6 +40,7 @@ pub static METHODS: &[&Method] = &[
     &pso_via_points::METHOD,
     &amr_apf::METHOD,
     &dapf::METHOD,
+    &orca::METHOD,
 ];
 
 /// The method of that name.

@@ -1,0 +1,124 @@
+use super::*;
+use geometry::Polygon;
+use nalgebra::Vector2;
+use proptest::prelude::*;
+
+fn block(id: u32, corners: &[[f64; 2]]) -> Vec<Obstacle> {
+    let polygon = Polygon { corners: corners.iter().map(|at| (*at).into()).collect() };
+    polygon.edges().map(|shape| Obstacle { id, shape, velocity: Vector2::zeros() }).collect()
+}
+
+fn disc(id: u32, at: [f64; 2], radius: f64) -> Obstacle {
+    Obstacle { id, shape: Capsule::disc(at.into(), radius), velocity: Vector2::zeros() }
+}
+
+/// Follows a way in steps, and says how long it is; the disc of this radius keeps clear of everything.
+fn driven_m(map: &[Obstacle], radius_m: f64, from: [f64; 2], goal: [f64; 2]) -> Option<f64> {
+    const STEP_M: f64 = 0.05;
+    let (mut at, goal) = (Point2::from(from), Point2::from(goal));
+    let mut way = Way::new(map, radius_m, at, goal);
+    let promised_m = way.ahead(at)?.left_m;
+    let mut length = 0.0;
+    while at != goal {
+        let ahead = way.ahead(at).expect("there was a way");
+        let step = (ahead.at - at).cap_magnitude(STEP_M);
+        at += step;
+        length += step.norm();
+        if (ahead.at - at).norm() < 1e-12 && ahead.is_goal {
+            at = goal;
+        }
+        for obstacle in map {
+            assert!(obstacle.shape.distance(at) >= radius_m * (1.0 - 1e-9), "{at} touches {obstacle:?}");
+        }
+        assert!(length < promised_m + 1.0, "it goes round and round");
+    }
+    assert!((length - promised_m).abs() < 1e-6 || length < promised_m, "{length} is more than {promised_m}");
+    Some(length)
+}
+
+#[test]
+fn without_anything_in_the_way_it_is_straight() {
+    let aside = [disc(0, [0.0, 3.0], 1.0)];
+    assert_eq!(driven_m(&aside, 0.2, [-2.0, 0.0], [2.0, 0.0]).map(|m| (m * 1e9).round()), Some(4e9));
+}
+
+#[test]
+fn round_a_disc_it_is_little_longer_than_tangents_and_arc() {
+    let map = [disc(0, [0.0, 0.0], 0.8)];
+    let keeps = 0.8 + 0.2 * 1.03;
+    let (tangent, angle) = ((9.0f64 - keeps * keeps).sqrt(), std::f64::consts::PI - 2.0 * (keeps / 3.0f64).acos());
+    let exact = 2.0 * tangent + keeps * angle;
+    let found = driven_m(&map, 0.2, [-3.0, 0.0], [3.0, 0.0]).unwrap();
+    assert!(found >= exact - 1e-9 && found < exact * 1.01, "{found} {exact}");
+}
+
+#[test]
+fn out_of_a_trap_and_through_a_door() {
+    let mut trap =
+        block(0, &[[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.8], [0.8, 0.8], [0.8, -0.8], [0.0, -0.8]]);
+    let found = driven_m(&trap, 0.2, [0.4, 0.0], [2.0, 0.0]).unwrap();
+    assert!((4.0..4.3).contains(&found), "{found}");
+    // A door that is 2 % wider than the body: narrower than the usual margin asks for.
+    trap = block(0, &[[0.0, 0.204], [0.2, 0.204], [0.2, 9.0], [0.0, 9.0]]);
+    trap.extend(block(1, &[[0.0, -9.0], [0.2, -9.0], [0.2, -0.204], [0.0, -0.204]]));
+    for (id, y) in [(2, 8.0), (3, -8.0)] {
+        trap.extend(block(id, &[[-9.0, y], [9.0, y], [9.0, y + 0.1], [-9.0, y + 0.1]]));
+    }
+    let found = driven_m(&trap, 0.2, [-2.0, 1.0], [2.0, 1.0]).unwrap();
+    assert!((4.5..4.6).contains(&found), "{found}");
+}
+
+#[test]
+fn there_is_no_way_out_of_a_closed_room() {
+    let sides = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let wall = |index: usize| Capsule::segment(sides[index].into(), sides[(index + 1) % 4].into());
+    let room: Vec<Obstacle> =
+        (0..4).map(|index| Obstacle { id: index as u32, shape: wall(index), velocity: Vector2::zeros() }).collect();
+    assert_eq!(driven_m(&room, 0.2, [0.0, 0.0], [3.0, 0.0]), None);
+    assert!(driven_m(&room, 0.2, [-0.5, 0.0], [0.5, 0.3]).is_some());
+}
+
+#[test]
+fn who_stands_too_near_to_a_wall_finds_a_way_all_the_same() {
+    let map = block(0, &[[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]]);
+    let mut way = Way::new(&map, 0.2, [-0.2001, 0.0].into(), [2.0, 0.0].into());
+    let ahead = way.ahead([-0.2001, 0.0].into()).unwrap();
+    assert!(ahead.at.y.abs() > 1.0 && !ahead.is_goal && ahead.left_m < 4.2, "{ahead:?}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+    /// No way is shorter than the straight line, none through an obstacle, and turning the world changes nothing.
+    #[test]
+    fn ways_past_random_blocks(
+        places in prop::collection::vec((-3.0..3.0f64, -3.0..3.0f64, 0.2..0.6f64, 0.0..1.5f64, any::<bool>()), 1..9),
+        turn in 0.0..6.0f64
+    ) {
+        let made = |turned: f64| -> Vec<Obstacle> {
+            let rotate = nalgebra::Rotation2::new(turned);
+            let mut map = Vec::new();
+            for (id, (x, y, size, yaw, round)) in places.iter().enumerate() {
+                let at = rotate * Point2::new(*x, *y);
+                if *round {
+                    map.push(disc(id as u32, at.into(), *size));
+                } else {
+                    let corner = |k: u32| at + nalgebra::Rotation2::new(turned + yaw + f64::from(k) * std::f64::consts::FRAC_PI_2) * Vector2::new(*size, 0.0);
+                    let corners: Vec<[f64; 2]> = (0..4).map(|k| corner(k).into()).collect();
+                    map.extend(block(id as u32, &corners));
+                }
+            }
+            map
+        };
+        let ends = |turned: f64| {
+            let rotate = nalgebra::Rotation2::new(turned);
+            [[-4.5, 0.0], [4.5, 0.3]].map(|at: [f64; 2]| -> [f64; 2] { (rotate * Point2::from(at)).into() })
+        };
+        let [from, goal] = ends(0.0);
+        let straight = driven_m(&made(0.0), 0.2, from, goal).unwrap();
+        prop_assert!(straight >= 9.0);
+        let [from, goal] = ends(turn);
+        let turned = driven_m(&made(turn), 0.2, from, goal).unwrap();
+        // The corners of discs do not turn with the world.
+        prop_assert!((turned / straight - 1.0).abs() < 0.02, "{straight} {turned}");
+    }
+}
