@@ -10,6 +10,8 @@ pub mod apf;
 pub mod chassis;
 pub mod dapf;
 pub mod decentralized_apf;
+pub mod gap;
+pub mod lanes;
 pub mod liquid;
 pub mod method;
 pub mod orca;
@@ -41,6 +43,7 @@ pub static METHODS: &[&Method] = &[
     &amr_apf::METHOD,
     &dapf::METHOD,
     &orca::METHOD,
+    &lanes::METHOD,
 ];
 
 /// The method of that name.

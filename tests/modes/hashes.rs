@@ -28,6 +28,13 @@ macro_rules! each {
 
 shoal_tests::for_each_scenario!(each);
 
+/// What robots tell each other beside their poses comes across as it is.
+#[test]
+fn planners_that_tell_what_they_are_about() {
+    check("demo-15 --planner lanes");
+    check("demo-15 --planner orca");
+}
+
 /// Faults of processes and of the radio, from the timeline: `single` does in its thread what real processes suffer.
 #[test]
 fn with_everything_that_the_timeline_can_do() {

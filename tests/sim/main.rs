@@ -6,6 +6,7 @@ mod catalog;
 mod crowds;
 mod determinism;
 mod invariants;
+mod lanes;
 mod radio;
 mod random;
 mod solids;

@@ -1,0 +1,480 @@
+//! A crowd planner: all turn right by as little as clears all pairs, and who has way is settled by the same rule on both
+//! sides.
+//!
+//! Not from a paper. Robots tell each other what they are about beside their pose ([`Intent`]): the velocity that each would
+//! have if it were alone (its wish), how far it has to go, and how much of its speed it has lost lately. From that:
+//!
+//! 1. **Way.** The wish leads along the shortest way on the known map ([`way`](crate::way)), without a map straight to the goal.
+//! 2. **One common right-hand turn.** If everybody turns its wish to the right by b, the relative wishes turn by b too. b is the
+//!    smallest turn after which none of the robots that are heard is on a course of contact. Rings and crossings become
+//!    roundabouts, opposite streams become lanes.
+//! 3. **Right of way** (`has_way`): who has arrived gives way; of two that go the same way the one that is nearer to its
+//!    goal goes first; of two that hinder each other and are stuck the one with the longer way goes first. Who gives way takes
+//!    the whole evasion, from the other one's wish; who has way takes none.
+//! 4. **Velocity.** The nearest to the turned wish within hard and soft half-planes. Hard: the part of each gap that is this
+//!    robot's own ([`gap`]), and all of the gap to what stands. Soft: those of ORCA
+//!    ([`orca`](crate::orca)) for a short horizon; where not all can hold they give way evenly.
+//! 5. **Last resort.** Without progress for a long time: aside for a short time, in a direction that the robot draws.
+//!
+//! All lengths are in radii of the robot and all times in radius by greatest speed, so that robots of any size do the same.
+//!
+//! | symbol | here      | unit | default | larger means                                  |
+//! |--------|-----------|------|---------|-----------------------------------------------|
+//! |        | `horizon` | r/v  | 1.5     | gives way earlier (soft half-planes)           |
+//! |        | `turn_max_deg` | deg | 45   | wider roundabouts before robots close up       |
+//!
+//! A robot that tells no intent is taken to go on as it goes, and shares every evasion.
+//!
+//! Known limits: without a map it knows only what it senses; messages that are lost or late make poses old, and then bodies may
+//! touch.
+
+use crate::gap::{self, Side};
+use crate::method::{Identity, Method, Symmetry, any_speed};
+use crate::orca::{Mover, robot_plane};
+use crate::params::ParamError;
+use crate::planner::{Intent, Neighbor, Plan, PlanInput, Planner};
+use crate::way::Way;
+use geometry::HalfPlane;
+use geometry::half_planes::nearest_relaxed;
+use model::{BodyKind, Drive, ParamValues, PlanState};
+use nalgebra::{Point2, Rotation2, Vector2};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Registry entry.
+pub static METHOD: Method = Method {
+    name: "lanes",
+    summary: "a crowd planner: one common right-hand turn, right of way, shares of every gap",
+    source: "",
+    // It prefers the right, and the last resort is drawn.
+    symmetry: Symmetry { rotation: false, reflection: false, ..Symmetry::FULL },
+    kinds: &[BodyKind::Point],
+    params: Params::specs,
+    speed_mps: any_speed,
+    build,
+};
+
+crate::params! {
+    /// Parameters that a scenario can set.
+    pub struct Params {
+        /// Horizon of the soft half-planes, in units of radius by speed. Larger: gives way earlier.
+        horizon: f64 = 1.5, "", 0.1..=100.0;
+        /// Greatest common turn to the right while nothing is lost by it. Larger: wider roundabouts.
+        turn_max_deg: f64 = 45.0, "", 0.0..=90.0;
+    }
+}
+
+/// Horizon against the wish of a robot that has way and is hindered, in units of radius by speed.
+const HORIZON_HINDERED: f64 = 4.0;
+/// Share of the headway lost from which on a robot is hindered.
+const HINDERED: f32 = 0.25;
+/// The same from which on it is stuck.
+const STUCK: f32 = 0.75;
+/// Cosine of the angle between two wishes from which on they go the same way.
+const SAME_WAY: f64 = 0.3;
+/// Time over which speed and headway are averaged, in units of radius by speed.
+const LATELY: f64 = 8.0;
+/// Obstacles nearer than this, in radii, are near.
+const NEAR_WALL: f64 = 3.0;
+/// Obstacles nearer than this, in radii, have a say in the common turn.
+const AT_WALL: f64 = 1.0;
+/// Of the distance between two surfaces: how much of it is kept at most where there is room, and near obstacles.
+const KEEPS_OPEN: f64 = 0.9;
+const KEEPS_NEAR_WALL: f64 = 0.3;
+/// Of the sum of radii: what is kept beside it.
+const KEEPS_BESIDE: f64 = 1.1;
+/// Relative wishes below this share of the speed go nowhere.
+const SLOW: f64 = 0.02;
+/// Greatest turn of a robot that has lost all of its speed, and near obstacles; and what is turned where even that is too
+/// little, rad.
+const TURN_MOST: f64 = 100.0 * PI / 180.0;
+const TURN_NEAR_WALL: f64 = 80.0 * PI / 180.0;
+const TURN_LEAST: f64 = 32.0 * PI / 180.0;
+/// Time without progress after which the robot goes aside, and for how long, in units of radius by speed.
+const PATIENCE: f64 = 30.0;
+const ASIDE: f64 = 8.0;
+/// What counts as progress, in radii.
+const PROGRESS: f64 = 0.1;
+
+/// What a robot has said, as both sides know it: rules that two robots apply to each other look at nothing else.
+#[derive(Clone, Copy, Debug)]
+struct Said {
+    id: u32,
+    arrived: bool,
+    /// The velocity that it was about to have, m/s.
+    command: Vector2<f64>,
+    intent: Intent,
+}
+
+/// Another robot.
+#[derive(Clone, Copy, Debug)]
+struct Other {
+    /// Where it is now, m.
+    at: Point2<f64>,
+    radius_m: f64,
+    /// It says what it is about.
+    tells: bool,
+    /// How far it may be from where it is taken to be, m.
+    error_m: f64,
+    said: Said,
+}
+
+/// The method at work for one robot.
+pub struct Lanes {
+    params: Params,
+    identity: Identity,
+    way: Option<Way>,
+    /// Where it heads, and how long the way was when it began, m.
+    heads: Option<(Point2<f64>, f64)>,
+    /// It has been at this goal.
+    has_arrived: bool,
+    /// What it said in the last tick.
+    said: Option<Said>,
+    slow: f64,
+    lag: f64,
+    /// The least way that was left so far, m, and the tick of that.
+    best: (f64, u64),
+    /// It goes aside by this angle, rad, until this tick.
+    aside: Option<(f64, u64)>,
+    others: Vec<Other>,
+    blocked: Vec<(f64, f64, bool)>,
+    planes: Vec<HalfPlane>,
+    room: Vec<HalfPlane>,
+}
+
+fn build(values: &ParamValues, identity: Identity) -> Result<Box<dyn Planner>, ParamError> {
+    Ok(Box::new(Lanes::new(Params::from_values(values)?, identity)))
+}
+
+impl Planner for Lanes {
+    fn plan(&mut self, input: &PlanInput<'_>) -> Plan {
+        let speed = input.limits.speed_mps_max;
+        if speed <= 0.0 {
+            return Plan { stopped: true, ..Plan::only(Drive::stop(input.kind)) };
+        }
+        let (wish, left_m, corner, state) = self.wish(input);
+        let way_m = self.heads.map_or(left_m, |(_, way_m)| way_m);
+        let unit_s = input.radius_m / speed;
+        self.hear(input);
+        let wall_m = nearest_wall_m(input);
+        let turn = if self.has_arrived { 0.0 } else { self.common_turn(input, wish, left_m, corner, wall_m) };
+        let aside = self.aside(input, left_m, unit_s);
+        let wanted = Rotation2::new(aside - turn) * wish;
+        let hard = self.draw(input, unit_s);
+        let best = nearest_relaxed(&self.planes, hard, speed, wanted, &mut self.room);
+        let velocity = best * kept_share(&self.planes[..hard], best);
+
+        let share = (input.dt_s / (LATELY * unit_s)).min(1.0);
+        let wishes = wish.norm();
+        if wishes > SLOW * speed {
+            self.slow += share * ((1.0 - velocity.norm() / wishes).max(0.0) - self.slow);
+            self.lag += share * (1.0 - velocity.dot(&wish) / (wishes * speed.min(wishes)) - self.lag);
+        } else {
+            (self.slow, self.lag) = (0.0, 0.0);
+        }
+        let intent = Intent { wish, left_m, way_m, corner, slow: self.slow as f32, lag: self.lag as f32 };
+        self.said = Some(Said { id: self.identity.robot, arrived: input.arrived, command: velocity, intent });
+        Plan {
+            attractive: wish,
+            repulsive: velocity - wish,
+            state,
+            intent: Some(intent),
+            ..Plan::only(Drive::Velocity(velocity))
+        }
+    }
+}
+
+impl Lanes {
+    /// The method with these parameters, for this robot.
+    pub fn new(params: Params, identity: Identity) -> Lanes {
+        Lanes {
+            params,
+            identity,
+            way: None,
+            heads: None,
+            has_arrived: false,
+            said: None,
+            slow: 0.0,
+            lag: 0.0,
+            best: (f64::INFINITY, 0),
+            aside: None,
+            others: Vec::new(),
+            blocked: Vec::new(),
+            planes: Vec::new(),
+            room: Vec::new(),
+        }
+    }
+
+    /// The velocity of a robot that is alone, the way that is left, and the corner that comes next.
+    fn wish(&mut self, input: &PlanInput<'_>) -> (Vector2<f64>, f64, Option<Point2<f64>>, PlanState) {
+        let speed = input.limits.speed_mps_max;
+        let is_new = self.heads.is_none_or(|(goal, _)| goal != input.goal);
+        if is_new {
+            self.way = (!input.map.is_empty()).then(|| Way::new(input.map, input.radius_m, input.position, input.goal));
+        }
+        let straight_m = (input.goal - input.position).norm();
+        let ahead = match &mut self.way {
+            Some(way) => way.ahead(input.position).map(|ahead| (ahead.at, ahead.is_goal, ahead.left_m)),
+            None => Some((input.goal, true, straight_m)),
+        };
+        let Some((at, is_goal, left_m)) = ahead else {
+            return (Vector2::zeros(), straight_m, None, PlanState::GaveUp);
+        };
+        if is_new {
+            (self.heads, self.has_arrived) = (Some((input.goal, left_m)), false);
+            (self.best, self.aside) = ((left_m, input.tick), None);
+        }
+        self.has_arrived |= input.arrived;
+        if input.arrived {
+            return (Vector2::zeros(), 0.0, None, PlanState::Ready);
+        }
+        let offset = at - input.position;
+        let most = if is_goal { (offset.norm() / input.dt_s).min(speed) } else { speed };
+        let wish = offset.try_normalize(1e-12).map_or(Vector2::zeros(), |ahead| ahead * most);
+        (wish, left_m, (!is_goal).then_some(at), PlanState::Ready)
+    }
+
+    /// What the others have said, and where they are now.
+    fn hear(&mut self, input: &PlanInput<'_>) {
+        self.others.clear();
+        self.others.extend(input.neighbors.iter().map(|neighbor| other(neighbor, input.dt_s)));
+    }
+
+    /// The turn to the right, rad.
+    fn common_turn(
+        &mut self,
+        input: &PlanInput<'_>,
+        wish: Vector2<f64>,
+        left_m: f64,
+        corner: Option<Point2<f64>>,
+        wall_m: f64,
+    ) -> f64 {
+        let (speed, radius_m) = (input.limits.speed_mps_max, input.radius_m);
+        let near_wall = wall_m < NEAR_WALL * radius_m;
+        let keeps = if near_wall { KEEPS_NEAR_WALL } else { KEEPS_OPEN };
+        self.blocked.clear();
+        for other in &self.others {
+            let Said { arrived, intent, .. } = other.said;
+            let relative = wish - intent.wish;
+            let offset = other.at - input.position;
+            let (distance_m, closes) = (offset.norm(), relative.norm());
+            let reach_m = radius_m + other.radius_m;
+            if closes < SLOW * speed || distance_m <= 0.0 {
+                continue;
+            }
+            let same = cosine(wish, intent.wish);
+            if let (Some(mine), Some(theirs)) = (corner, intent.corner)
+                && same > SAME_WAY
+                && (mine - theirs).norm() < reach_m
+            {
+                continue;
+            }
+            let contact_s = (distance_m - reach_m) / closes;
+            let theirs_s = if arrived { f64::INFINITY } else { intent.left_m / intent.wish.norm().max(SLOW * speed) };
+            if contact_s > left_m / speed || contact_s > theirs_s {
+                continue;
+            }
+            let kept_m = (KEEPS_BESIDE * reach_m + speed * input.dt_s * same.max(0.0))
+                .min(reach_m + keeps * (distance_m - reach_m).max(0.0));
+            self.blocked.push(blocked(relative, offset, kept_m, arrived));
+        }
+        for obstacle in input.obstacles {
+            let nearest = obstacle.shape.nearest_core(input.position);
+            let offset = nearest - input.position;
+            let kept_m = radius_m + obstacle.shape.radius;
+            let distance_m = offset.norm();
+            if distance_m - kept_m < AT_WALL * radius_m && (distance_m - kept_m) / speed < left_m / speed {
+                self.blocked.push(blocked(wish - obstacle.velocity, offset, kept_m.min(distance_m), false));
+            }
+        }
+        let slow = self.slow.clamp(0.0, 1.0);
+        let most = self.params.turn_max_deg.to_radians();
+        let cap = if near_wall { TURN_NEAR_WALL } else { most + slow * (TURN_MOST - most).max(0.0) };
+        let (right, only_parked) = self.end_of_blocked(1.0);
+        if right == 0.0 {
+            return 0.0;
+        }
+        let (left, _) = self.end_of_blocked(-1.0);
+        if only_parked && left < right && left <= cap {
+            return -left;
+        }
+        if right <= cap {
+            right
+        } else if near_wall {
+            0.0
+        } else {
+            TURN_LEAST + slow * (cap - TURN_LEAST).max(0.0)
+        }
+    }
+
+    /// How far to turn to this side (right: 1) until no more of what is blocked is in the way, rad, and whether all that is in
+    /// the way stands at its goal.
+    fn end_of_blocked(&self, side: f64) -> (f64, bool) {
+        const SLACK: f64 = 1e-6;
+        let (mut turn, mut only_parked) = (0.0, true);
+        loop {
+            let mut grew = false;
+            for (middle, half, parked) in &self.blocked {
+                let (low, high) = (side * middle - half, side * middle + half);
+                if low < turn + SLACK && high > turn + SLACK {
+                    (turn, grew) = (high, true);
+                    only_parked &= parked;
+                }
+            }
+            if !grew || turn > PI {
+                return (turn, only_parked);
+            }
+        }
+    }
+
+    /// An angle to go aside by, rad: without progress for a long time.
+    fn aside(&mut self, input: &PlanInput<'_>, left_m: f64, unit_s: f64) -> f64 {
+        let ticks = |units: f64| (units * unit_s / input.dt_s).ceil() as u64;
+        if left_m < self.best.0 - PROGRESS * input.radius_m || self.has_arrived {
+            self.best = (left_m, input.tick);
+        }
+        if let Some((angle, until)) = self.aside {
+            if input.tick < until {
+                return angle;
+            }
+            (self.aside, self.best) = (None, (left_m, input.tick));
+        }
+        if input.tick.saturating_sub(self.best.1) > ticks(PATIENCE) {
+            let drawn = mix(u64::from(self.identity.robot) ^ self.identity.seed.rotate_left(32) ^ input.tick << 20);
+            let size = if drawn & 1 == 0 { 60f64 } else { 130.0 };
+            let angle = if drawn & 2 == 0 { size } else { -size }.to_radians();
+            self.aside = Some((angle, input.tick + ticks(ASIDE)));
+            return angle;
+        }
+        0.0
+    }
+
+    /// The half-planes of velocities; how many of them are hard.
+    fn draw(&mut self, input: &PlanInput<'_>, unit_s: f64) -> usize {
+        let (speed, dt_s) = (input.limits.speed_mps_max, input.dt_s);
+        self.planes.clear();
+        for obstacle in input.obstacles {
+            let offset = obstacle.shape.nearest_core(input.position) - input.position;
+            let gap_m = offset.norm() - obstacle.shape.radius - input.radius_m;
+            let Some(toward) = offset.try_normalize(0.0) else { continue };
+            let comes_m = -obstacle.velocity.dot(&toward) * dt_s;
+            if gap_m - comes_m < speed * dt_s {
+                self.planes.push(HalfPlane::below(toward, ((gap_m - comes_m) / dt_s).max(0.0)));
+            }
+        }
+        let me = self.said.unwrap_or(Said {
+            id: self.identity.robot,
+            arrived: input.arrived,
+            command: input.velocity,
+            intent: Intent { wish: input.velocity, left_m: 0.0, way_m: 0.0, corner: None, slow: 0.0, lag: 0.0 },
+        });
+        let mine = Side { at: input.position, radius_m: input.radius_m, command: Some(me.command) };
+        for other in &self.others {
+            let command = (other.tells && self.said.is_some()).then_some(other.said.command);
+            let theirs = Side { at: other.at, radius_m: other.radius_m + other.error_m, command };
+            let reach_m = (speed + other.said.command.norm().max(speed)) * dt_s;
+            self.planes.extend(gap::own_share(&mine, &theirs, dt_s, reach_m));
+        }
+        let hard = self.planes.len();
+        let own = Mover { position: input.position, velocity: me.command, radius_m: input.radius_m };
+        for other in &self.others {
+            let way = if other.tells && self.said.is_some() { has_way(&me, &other.said) } else { None };
+            let (velocity, share, horizon) = match way {
+                Some(true) => continue,
+                Some(false) => {
+                    let hindered = other.said.intent.lag > HINDERED;
+                    (other.said.intent.wish, 1.0, if hindered { HORIZON_HINDERED } else { self.params.horizon })
+                }
+                None => (other.said.command, 0.5, self.params.horizon),
+            };
+            let horizon_s = (horizon * unit_s).max(dt_s);
+            let it = Mover { position: other.at, velocity, radius_m: other.radius_m };
+            let gap_m = (other.at - input.position).norm() - input.radius_m - other.radius_m;
+            if gap_m < (2.0 * speed + velocity.norm()) * horizon_s {
+                self.planes.push(robot_plane(&own, &it, horizon_s, dt_s, share));
+            }
+        }
+        hard
+    }
+}
+
+/// Whether the first of two robots has way; nothing if neither has. It is the opposite if the two change places.
+fn has_way(a: &Said, b: &Said) -> Option<bool> {
+    if a.arrived != b.arrived {
+        return Some(b.arrived);
+    }
+    if a.arrived {
+        return None;
+    }
+    let first = |mine: f64, theirs: f64| if mine == theirs { a.id < b.id } else { mine < theirs };
+    if cosine(a.intent.wish, b.intent.wish) > SAME_WAY {
+        Some(first(a.intent.left_m, b.intent.left_m))
+    } else if a.intent.lag > STUCK && b.intent.lag > STUCK {
+        Some(first(-a.intent.way_m, -b.intent.way_m))
+    } else {
+        None
+    }
+}
+
+/// Cosine of the angle between two vectors; the same if they change places.
+fn cosine(a: Vector2<f64>, b: Vector2<f64>) -> f64 {
+    let lengths = a.norm() * b.norm();
+    if lengths > 0.0 { a.dot(&b) / lengths } else { 0.0 }
+}
+
+/// Turns to the right, as middle and half width, rad, after which the relative wish still comes within `kept_m` of the other.
+fn blocked(relative: Vector2<f64>, offset: Vector2<f64>, kept_m: f64, parked: bool) -> (f64, f64, bool) {
+    let middle = offset.perp(&relative).atan2(offset.dot(&relative));
+    let sine = kept_m / offset.norm();
+    (middle, if sine < 1.0 { sine.asin() } else { FRAC_PI_2 }, parked)
+}
+
+/// How much of a velocity keeps within half-planes in which standing still is: less than all where rounding has led out.
+fn kept_share(planes: &[HalfPlane], velocity: Vector2<f64>) -> f64 {
+    let share = |plane: &HalfPlane| {
+        let room = -plane.excess(Vector2::zeros());
+        let used = room + plane.excess(velocity);
+        if used > room { (room / used).max(0.0) } else { 1.0 }
+    };
+    planes.iter().map(share).fold(1.0, f64::min)
+}
+
+/// Distance of the nearest obstacle's surface from the robot's, m.
+fn nearest_wall_m(input: &PlanInput<'_>) -> f64 {
+    let gaps = input.obstacles.iter().map(|obstacle| obstacle.shape.distance(input.position));
+    gaps.fold(f64::INFINITY, f64::min) - input.radius_m
+}
+
+/// A neighbour, from what it said last.
+fn other(neighbor: &Neighbor, dt_s: f64) -> Other {
+    const FRESH_TICKS: f64 = 1.5;
+    let fresh = neighbor.age_s <= FRESH_TICKS * dt_s && neighbor.age_s > 0.0;
+    let (at, command) = match neighbor.next.filter(|_| fresh) {
+        Some(next) => (next, (next - neighbor.position) / dt_s),
+        None => (neighbor.position + neighbor.velocity * neighbor.age_s, neighbor.velocity),
+    };
+    let going = Intent {
+        wish: command,
+        left_m: neighbor.remaining_m,
+        way_m: neighbor.remaining_m,
+        corner: None,
+        slow: 0.0,
+        lag: 0.0,
+    };
+    Other {
+        at,
+        radius_m: neighbor.radius_m,
+        tells: neighbor.intent.is_some(),
+        error_m: 0.0,
+        said: Said { id: neighbor.id, arrived: neighbor.arrived, command, intent: neighbor.intent.unwrap_or(going) },
+    }
+}
+
+/// A number with well mixed bits.
+fn mix(x: u64) -> u64 {
+    let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ x >> 31
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,141 @@
+use super::*;
+use crate::planner::Obstacle;
+use crate::testing::{LIMITS, input};
+use geometry::Capsule;
+use model::Limits;
+use proptest::prelude::*;
+
+const IDENTITY: Identity = Identity { seed: 1, robot: 0, incarnation: 0 };
+
+/// A robot that comes from `at` with this wish, has said so a tick ago, and is where it said that it would be.
+fn robot(id: u32, at: [f64; 2], wish: [f64; 2]) -> Neighbor {
+    let (wish, dt_s) = (Vector2::from(wish), 0.1);
+    Neighbor {
+        id,
+        position: Point2::from(at) - wish * dt_s,
+        yaw_rad: 0.0,
+        velocity: wish,
+        radius_m: 0.2,
+        age_s: dt_s,
+        remaining_m: 9.0,
+        arrived: false,
+        stopped: false,
+        next: Some(at.into()),
+        intent: Some(Intent { wish, left_m: 9.0, way_m: 9.0, corner: None, slow: 0.0, lag: 0.0 }),
+    }
+}
+
+/// What the robot in the origin does that heads along +x, in the second of two ticks.
+fn planned(neighbors: &[Neighbor], obstacles: &[Obstacle]) -> (Vector2<f64>, Intent) {
+    let mut planner = Lanes::new(Params::default(), IDENTITY);
+    let limits = Limits { speed_mps_max: 1.0, ..LIMITS };
+    let first = PlanInput { kind: BodyKind::Point, limits, ..input() };
+    planner.plan(&first);
+    let plan = planner.plan(&PlanInput { tick: 1, velocity: Vector2::x(), neighbors, obstacles, ..first });
+    let Drive::Velocity(velocity) = plan.drive else { panic!("a point has a velocity") };
+    (velocity, plan.intent.expect("it says what it is about"))
+}
+
+#[test]
+fn alone_it_goes_straight_and_says_so() {
+    let (velocity, intent) = planned(&[], &[]);
+    assert_eq!((velocity, intent.wish), (Vector2::x(), Vector2::x()));
+    assert_eq!((intent.left_m, intent.way_m, intent.corner), (9.0, 9.0, None));
+}
+
+#[test]
+fn it_turns_right_by_no_more_than_passes() {
+    let turn = |x: f64| {
+        let (velocity, intent) = planned(&[robot(1, [x, 0.0], [-1.0, 0.0])], &[]);
+        assert_eq!(intent.wish, Vector2::x(), "the wish is that of a robot that is alone");
+        -velocity.y.atan2(velocity.x)
+    };
+    // The relative wish has to pass at 1.1 times the sum of the radii.
+    assert!((turn(4.0) - (0.44f64 / 4.0).asin()).abs() < 1e-9, "{}", turn(4.0));
+    assert!(turn(2.0) > turn(4.0));
+    // To the side, or behind it, nothing is in the way.
+    assert_eq!(planned(&[robot(1, [4.0, 3.0], [-1.0, 0.0]), robot(2, [-1.0, 0.0], [1.0, 0.0])], &[]).0, Vector2::x());
+}
+
+#[test]
+fn what_stands_at_its_goal_is_passed_on_the_shorter_side() {
+    let parked = Neighbor { arrived: true, ..robot(1, [3.0, -0.2], [0.0, 0.0]) };
+    let (velocity, _) = planned(&[parked], &[]);
+    assert!(velocity.y > 0.05, "{velocity}");
+}
+
+#[test]
+fn who_has_arrived_makes_room() {
+    let mut planner = Lanes::new(Params::default(), IDENTITY);
+    let limits = Limits { speed_mps_max: 1.0, ..LIMITS };
+    let goal = Point2::origin();
+    let there = PlanInput { kind: BodyKind::Point, limits, goal, arrived: true, ..input() };
+    planner.plan(&there);
+    let comes = [robot(1, [-0.6, 0.0], [1.0, 0.0])];
+    let plan = planner.plan(&PlanInput { tick: 1, neighbors: &comes, ..there });
+    assert!(matches!(plan.drive, Drive::Velocity(velocity) if velocity.norm() > 0.1), "{plan:?}");
+    let aside = [robot(1, [-0.6, 2.0], [1.0, 0.0])];
+    let plan = planner.plan(&PlanInput { tick: 2, neighbors: &aside, ..there });
+    assert_eq!(plan.drive, Drive::stop(BodyKind::Point));
+}
+
+#[test]
+fn without_progress_it_goes_aside_for_a_while() {
+    let mut planner = Lanes::new(Params::default(), IDENTITY);
+    let limits = Limits { speed_mps_max: 1.0, ..LIMITS };
+    // A wall that its map does not have.
+    let wall = Capsule::segment([0.3, -9.0].into(), [0.3, 9.0].into());
+    let obstacles = [Obstacle { id: 0, shape: wall, velocity: Vector2::zeros() }];
+    let still = PlanInput { kind: BodyKind::Point, limits, obstacles: &obstacles, ..input() };
+    let drives: Vec<Drive> = (0..100).map(|tick| planner.plan(&PlanInput { tick, ..still }).drive).collect();
+    let other: Vec<usize> = (0..100).filter(|tick| drives[*tick] != drives[0]).collect();
+    // 30 radii at full speed are 6 s, 8 radii are 1.6 s.
+    assert_eq!(other, (61..77).collect::<Vec<_>>(), "{drives:?}");
+}
+
+fn said() -> impl Strategy<Value = Said> {
+    let vector = || (-1.0..1.0f64, -1.0..1.0f64).prop_map(|(x, y)| Vector2::new(x, y));
+    (vector(), vector(), 0u32..4, 0u32..4, any::<bool>(), prop::array::uniform2(0.0..2.0f32)).prop_map(
+        |(command, wish, left, way, arrived, [slow, lag])| Said {
+            id: 0,
+            arrived,
+            command,
+            intent: Intent { wish, left_m: left.into(), way_m: way.into(), corner: None, slow, lag },
+        },
+    )
+}
+
+proptest! {
+    /// The rule is the same from both sides, ties included.
+    #[test]
+    fn one_has_way_and_the_other_has_not(a in said(), b in said()) {
+        let (a, b) = (Said { id: 3, ..a }, Said { id: 5, ..b });
+        prop_assert_eq!(has_way(&a, &b), has_way(&b, &a).map(|first| !first));
+    }
+
+    /// Whatever wish, walls and robots there are: the hard half-planes hold.
+    #[test]
+    fn no_more_of_a_gap_is_used_than_is_its_own(
+        others in prop::collection::vec((0.45..1.5f64, 0.0..6.3f64, -1.0..1.0f64, -1.0..1.0f64), 0..8),
+        walls in prop::collection::vec((0.25..0.6f64, 0.0..6.3f64), 0..3)
+    ) {
+        let at = |(distance, angle): (f64, f64)| [distance * angle.cos(), distance * angle.sin()];
+        let robots: Vec<Neighbor> = others.iter().enumerate()
+            .map(|(id, (distance, angle, x, y))| robot(id as u32 + 1, at((*distance, *angle)), [*x, *y])).collect();
+        let discs: Vec<Obstacle> = walls.iter().enumerate().map(|(id, place)| {
+            Obstacle { id: id as u32, shape: Capsule::disc(at(*place).into(), 0.01), velocity: Vector2::zeros() }
+        }).collect();
+        let (velocity, _) = planned(&robots, &discs);
+        for robot in &robots {
+            let side = |at: Point2<f64>, command| Side { at, radius_m: 0.2, command: Some(command) };
+            let mine = side(Point2::origin(), Vector2::x());
+            let theirs = side(robot.next.unwrap(), (robot.next.unwrap() - robot.position) / 0.1);
+            if let Some(plane) = gap::own_share(&mine, &theirs, 0.1, 0.2) {
+                prop_assert!(plane.excess(velocity) < 1e-9, "{velocity} {plane:?}");
+            }
+        }
+        for disc in &discs {
+            prop_assert!(disc.shape.distance(Point2::from(velocity * 0.1)) >= 0.2 - 1e-9 || disc.shape.distance(Point2::origin()) < 0.2);
+        }
+    }
+}
