@@ -22,17 +22,21 @@
 //! |--------|-----------|------|---------|-----------------------------------------------|
 //! |        | `horizon` | r/v  | 1.5     | gives way earlier (soft half-planes)           |
 //! |        | `turn_max_deg` | deg | 45   | wider roundabouts before robots close up       |
+//! |        | `heading_gain` | 1/s | 3.0  | a unicycle turns sharper                       |
 //!
 //! A robot that tells no intent is taken to go on as it goes, and shares every evasion.
 //!
-//! Known limits: without a map it knows only what it senses; messages that are lost or late make poses old, and then bodies may
-//! touch.
+//! A body with a limited acceleration keeps what it needs to stop before walls, robots and its goal.
+//!
+//! Known limits: without a map it knows only what it senses. Unicycles and diff-drives follow the velocity as well as they can
+//! turn, and what they use of a gap may be more than their share: they may touch. So may all where messages are lost or late.
 
 use crate::gap::{self, Side};
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::orca::{Mover, robot_plane};
 use crate::params::ParamError;
-use crate::planner::{Intent, Neighbor, Plan, PlanInput, Planner};
+use crate::planner::{Intent, Neighbor, Plan, PlanInput, Planner, solid};
+use crate::steering::{steer_to_goal, stoppable_speed};
 use crate::way::Way;
 use geometry::HalfPlane;
 use geometry::half_planes::nearest_relaxed;
@@ -47,7 +51,7 @@ pub static METHOD: Method = Method {
     source: "",
     // It prefers the right, and the last resort is drawn.
     symmetry: Symmetry { rotation: false, reflection: false, ..Symmetry::FULL },
-    kinds: &[BodyKind::Point],
+    kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps: any_speed,
     build,
@@ -60,6 +64,8 @@ crate::params! {
         horizon: f64 = 1.5, "", 0.1..=100.0;
         /// Greatest common turn to the right while nothing is lost by it. Larger: wider roundabouts.
         turn_max_deg: f64 = 45.0, "", 0.0..=90.0;
+        /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
+        heading_gain: f64 = 3.0, "1/s", 0.0..=100.0;
     }
 }
 
@@ -129,6 +135,10 @@ pub struct Lanes {
     has_arrived: bool,
     /// What it said in the last tick.
     said: Option<Said>,
+    /// Where it was then, m, and which tick that was.
+    was: (Point2<f64>, u64),
+    /// The way out of an obstacle that its centre is in.
+    way_out: Option<Vector2<f64>>,
     slow: f64,
     lag: f64,
     /// The least way that was left so far, m, and the tick of that.
@@ -155,11 +165,13 @@ impl Planner for Lanes {
         let way_m = self.heads.map_or(left_m, |(_, way_m)| way_m);
         let unit_s = input.radius_m / speed;
         self.hear(input);
+        self.recall(input);
         let wall_m = nearest_wall_m(input);
         let turn = if self.has_arrived { 0.0 } else { self.common_turn(input, wish, left_m, corner, wall_m) };
         let aside = self.aside(input, left_m, unit_s);
         let wanted = Rotation2::new(aside - turn) * wish;
         let hard = self.draw(input, unit_s);
+        let wanted = self.way_out.map_or(wanted, |out| out * speed);
         let best = nearest_relaxed(&self.planes, hard, speed, wanted, &mut self.room);
         let velocity = best * kept_share(&self.planes[..hard], best);
 
@@ -172,14 +184,14 @@ impl Planner for Lanes {
             (self.slow, self.lag) = (0.0, 0.0);
         }
         let intent = Intent { wish, left_m, way_m, corner, slow: self.slow as f32, lag: self.lag as f32 };
-        self.said = Some(Said { id: self.identity.robot, arrived: input.arrived, command: velocity, intent });
-        Plan {
-            attractive: wish,
-            repulsive: velocity - wish,
-            state,
-            intent: Some(intent),
-            ..Plan::only(Drive::Velocity(velocity))
-        }
+        let said = Said { id: self.identity.robot, arrived: input.arrived, command: velocity, intent };
+        (self.said, self.was) = (Some(said), (input.position, input.tick));
+        let drive = match input.kind {
+            BodyKind::Point => Drive::Velocity(velocity),
+            BodyKind::Unicycle | BodyKind::DiffDrive => steer_to_goal(velocity, self.params.heading_gain, input),
+            BodyKind::TwoLinkArm => Drive::stop(input.kind),
+        };
+        Plan { attractive: wish, repulsive: velocity - wish, state, intent: Some(intent), ..Plan::only(drive) }
     }
 }
 
@@ -193,6 +205,8 @@ impl Lanes {
             heads: None,
             has_arrived: false,
             said: None,
+            was: (Point2::origin(), 0),
+            way_out: None,
             slow: 0.0,
             lag: 0.0,
             best: (f64::INFINITY, 0),
@@ -228,7 +242,8 @@ impl Lanes {
             return (Vector2::zeros(), 0.0, None, PlanState::Ready);
         }
         let offset = at - input.position;
-        let most = if is_goal { (offset.norm() / input.dt_s).min(speed) } else { speed };
+        let stops = (offset.norm() / input.dt_s).min(stoppable_speed(offset.norm(), &input.limits));
+        let most = if is_goal { stops.min(speed) } else { speed };
         let wish = offset.try_normalize(1e-12).map_or(Vector2::zeros(), |ahead| ahead * most);
         (wish, left_m, (!is_goal).then_some(at), PlanState::Ready)
     }
@@ -237,6 +252,16 @@ impl Lanes {
     fn hear(&mut self, input: &PlanInput<'_>) {
         self.others.clear();
         self.others.extend(input.neighbors.iter().map(|neighbor| other(neighbor, input.dt_s)));
+    }
+
+    /// What the robot did since it spoke last is what the others have heard that it would do, to the last bit. After a pause
+    /// they have heard nothing that counts.
+    fn recall(&mut self, input: &PlanInput<'_>) {
+        let (at, tick) = self.was;
+        match &mut self.said {
+            Some(said) if tick + 1 == input.tick => said.command = (input.position - at) / input.dt_s,
+            said => *said = None,
+        }
     }
 
     /// The turn to the right, rad.
@@ -352,15 +377,29 @@ impl Lanes {
     fn draw(&mut self, input: &PlanInput<'_>, unit_s: f64) -> usize {
         let (speed, dt_s) = (input.limits.speed_mps_max, input.dt_s);
         self.planes.clear();
-        for obstacle in input.obstacles {
-            let offset = obstacle.shape.nearest_core(input.position) - input.position;
-            let gap_m = offset.norm() - obstacle.shape.radius - input.radius_m;
-            let Some(toward) = offset.try_normalize(0.0) else { continue };
-            let comes_m = -obstacle.velocity.dot(&toward) * dt_s;
-            if gap_m - comes_m < speed * dt_s {
-                self.planes.push(HalfPlane::below(toward, ((gap_m - comes_m) / dt_s).max(0.0)));
+        self.way_out = None;
+        for pieces in input.obstacles.chunk_by(|a, b| a.id == b.id) {
+            if let Some(inside) = solid(pieces, input.position) {
+                self.way_out = (input.position - inside.a).try_normalize(0.0);
+                continue;
+            }
+            for obstacle in pieces {
+                let offset = obstacle.shape.nearest_core(input.position) - input.position;
+                let gap_m = offset.norm() - obstacle.shape.radius - input.radius_m;
+                let Some(toward) = offset.try_normalize(0.0) else { continue };
+                let free_m = (gap_m + obstacle.velocity.dot(&toward) * dt_s).max(0.0);
+                let most = (free_m / dt_s).min(stoppable_speed(free_m, &input.limits));
+                if most < speed {
+                    self.planes.push(HalfPlane::below(toward, most));
+                }
             }
         }
+        // Twice the way on which it stops, and as much for the other one.
+        let brakes_m = if input.limits.accel_mps2_max.is_finite() {
+            4.0 * speed * speed / input.limits.accel_mps2_max
+        } else {
+            0.0
+        };
         let me = self.said.unwrap_or(Said {
             id: self.identity.robot,
             arrived: input.arrived,
@@ -372,7 +411,12 @@ impl Lanes {
             let command = (other.tells && self.said.is_some()).then_some(other.said.command);
             let theirs = Side { at: other.at, radius_m: other.radius_m + other.error_m, command };
             let reach_m = (speed + other.said.command.norm().max(speed)) * dt_s;
-            self.planes.extend(gap::own_share(&mine, &theirs, dt_s, reach_m));
+            let share = gap::own_share(&mine, &theirs, dt_s, reach_m.max(brakes_m));
+            self.planes.extend(share.map(|plane| {
+                let free_m = -plane.excess(Vector2::zeros()) * dt_s;
+                let less = (free_m / dt_s - stoppable_speed(free_m, &input.limits)).max(0.0);
+                plane.relaxed(-less)
+            }));
         }
         let hard = self.planes.len();
         let own = Mover { position: input.position, velocity: me.command, radius_m: input.radius_m };

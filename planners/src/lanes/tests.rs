@@ -30,7 +30,7 @@ fn planned(neighbors: &[Neighbor], obstacles: &[Obstacle]) -> (Vector2<f64>, Int
     let mut planner = Lanes::new(Params::default(), IDENTITY);
     let limits = Limits { speed_mps_max: 1.0, ..LIMITS };
     let first = PlanInput { kind: BodyKind::Point, limits, ..input() };
-    planner.plan(&first);
+    planner.plan(&PlanInput { position: Point2::new(-0.1, 0.0), ..first });
     let plan = planner.plan(&PlanInput { tick: 1, velocity: Vector2::x(), neighbors, obstacles, ..first });
     let Drive::Velocity(velocity) = plan.drive else { panic!("a point has a velocity") };
     (velocity, plan.intent.expect("it says what it is about"))
@@ -40,7 +40,7 @@ fn planned(neighbors: &[Neighbor], obstacles: &[Obstacle]) -> (Vector2<f64>, Int
 fn alone_it_goes_straight_and_says_so() {
     let (velocity, intent) = planned(&[], &[]);
     assert_eq!((velocity, intent.wish), (Vector2::x(), Vector2::x()));
-    assert_eq!((intent.left_m, intent.way_m, intent.corner), (9.0, 9.0, None));
+    assert_eq!((intent.left_m, intent.way_m, intent.corner), (9.0, 9.1, None));
 }
 
 #[test]
