@@ -175,7 +175,7 @@ mod tests {
         for (text, words) in [
             ("success", "has no comparison"),
             ("success=1", "the comparisons are"),
-            ("sucess>=1", "known metrics: success, "),
+            ("succ>=1", "known metrics: success, "),
             ("success>=many", "`many` is not a number"),
             ("success>=nan", "is not a number"),
             (">=1", "unknown metric ``"),

@@ -63,7 +63,7 @@ fn what_cannot_be_swept_is_refused_before_anything_is_made() {
     let [validated, swept] = ["validate bad.toml", "sweep bad.toml"].map(|line| here.shoal(line));
     assert_eq!((validated.code, &validated.stderr), (swept.code, &swept.stderr), "{swept}");
     for wrong in
-        ["--seeds 5..3", "--seeds many", "--vary k", "--assert success=1", "--assert sucess>=1", "--mode realtime"]
+        ["--seeds 5..3", "--seeds many", "--vary k", "--assert success=1", "--assert succ>=1", "--mode realtime"]
     {
         let ended = here.shoal(&format!("sweep pair.toml {wrong}"));
         assert_eq!((ended.code, ended.stdout.as_str()), (Some(2), ""), "{ended}");
