@@ -37,9 +37,10 @@ use crate::orca::{Mover, robot_plane};
 use crate::params::ParamError;
 use crate::planner::{Intent, Neighbor, Plan, PlanInput, Planner, solid};
 use crate::steering::{steer_to_goal, stoppable_speed};
-use crate::way::Way;
+use crate::way::{Ahead, Way};
 use geometry::HalfPlane;
 use geometry::half_planes::nearest_relaxed;
+use model::random::Stream;
 use model::{BodyKind, Drive, ParamValues, PlanState};
 use nalgebra::{Point2, Rotation2, Vector2};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -119,15 +120,28 @@ struct Other {
     radius_m: f64,
     /// It says what it is about.
     tells: bool,
-    /// How far it may be from where it is taken to be, m.
-    error_m: f64,
+    /// It has said so in the tick before, and its command: it computes the same shares of the gap.
+    shares: bool,
     said: Said,
+}
+
+/// A piece of an obstacle, as the robot sees it.
+#[derive(Clone, Copy, Debug)]
+struct Wall {
+    /// From the robot's centre to the nearest point of its core, m.
+    offset: Vector2<f64>,
+    /// Between the surfaces, m.
+    gap_m: f64,
+    velocity: Vector2<f64>,
 }
 
 /// The method at work for one robot.
 pub struct Lanes {
     params: Params,
-    identity: Identity,
+    /// Own slot.
+    robot: u32,
+    /// In which direction it goes aside.
+    draws: Stream,
     way: Option<Way>,
     /// Where it heads, and how long the way was when it began, m.
     heads: Option<(Point2<f64>, f64)>,
@@ -146,6 +160,7 @@ pub struct Lanes {
     /// It goes aside by this angle, rad, until this tick.
     aside: Option<(f64, u64)>,
     others: Vec<Other>,
+    walls: Vec<Wall>,
     blocked: Vec<(f64, f64, bool)>,
     planes: Vec<HalfPlane>,
     room: Vec<HalfPlane>,
@@ -166,8 +181,8 @@ impl Planner for Lanes {
         let unit_s = input.radius_m / speed;
         self.hear(input);
         self.recall(input);
-        let wall_m = nearest_wall_m(input);
-        let turn = if self.has_arrived { 0.0 } else { self.common_turn(input, wish, left_m, corner, wall_m) };
+        self.see(input);
+        let turn = if self.has_arrived { 0.0 } else { self.common_turn(input, wish, left_m, corner) };
         let aside = self.aside(input, left_m, unit_s);
         let wanted = Rotation2::new(aside - turn) * wish;
         let hard = self.draw(input, unit_s);
@@ -184,7 +199,7 @@ impl Planner for Lanes {
             (self.slow, self.lag) = (0.0, 0.0);
         }
         let intent = Intent { wish, left_m, way_m, corner, slow: self.slow as f32, lag: self.lag as f32 };
-        let said = Said { id: self.identity.robot, arrived: input.arrived, command: velocity, intent };
+        let said = Said { id: self.robot, arrived: input.arrived, command: velocity, intent };
         (self.said, self.was) = (Some(said), (input.position, input.tick));
         let drive = match input.kind {
             BodyKind::Point => Drive::Velocity(velocity),
@@ -200,7 +215,8 @@ impl Lanes {
     pub fn new(params: Params, identity: Identity) -> Lanes {
         Lanes {
             params,
-            identity,
+            robot: identity.robot,
+            draws: Stream::new(identity.seed, identity.robot, identity.incarnation, "lanes-aside"),
             way: None,
             heads: None,
             has_arrived: false,
@@ -212,6 +228,7 @@ impl Lanes {
             best: (f64::INFINITY, 0),
             aside: None,
             others: Vec::new(),
+            walls: Vec::new(),
             blocked: Vec::new(),
             planes: Vec::new(),
             room: Vec::new(),
@@ -221,22 +238,15 @@ impl Lanes {
     /// The velocity of a robot that is alone, the way that is left, and the corner that comes next.
     fn wish(&mut self, input: &PlanInput<'_>) -> (Vector2<f64>, f64, Option<Point2<f64>>, PlanState) {
         let speed = input.limits.speed_mps_max;
-        let is_new = self.heads.is_none_or(|(goal, _)| goal != input.goal);
-        if is_new {
-            self.way = (!input.map.is_empty()).then(|| Way::new(input.map, input.radius_m, input.position, input.goal));
-        }
-        let straight_m = (input.goal - input.position).norm();
-        let ahead = match &mut self.way {
-            Some(way) => way.ahead(input.position).map(|ahead| (ahead.at, ahead.is_goal, ahead.left_m)),
-            None => Some((input.goal, true, straight_m)),
-        };
-        let Some((at, is_goal, left_m)) = ahead else {
-            return (Vector2::zeros(), straight_m, None, PlanState::GaveUp);
-        };
-        if is_new {
+        let ahead = Way::follow(&mut self.way, input);
+        let left_m = ahead.map_or((input.goal - input.position).norm(), |ahead| ahead.left_m);
+        if self.heads.is_none_or(|(goal, _)| goal != input.goal) {
             (self.heads, self.has_arrived) = (Some((input.goal, left_m)), false);
             (self.best, self.aside) = ((left_m, input.tick), None);
         }
+        let Some(Ahead { at, is_goal, .. }) = ahead else {
+            return (Vector2::zeros(), left_m, None, PlanState::GaveUp);
+        };
         self.has_arrived |= input.arrived;
         if input.arrived {
             return (Vector2::zeros(), 0.0, None, PlanState::Ready);
@@ -252,6 +262,23 @@ impl Lanes {
     fn hear(&mut self, input: &PlanInput<'_>) {
         self.others.clear();
         self.others.extend(input.neighbors.iter().map(|neighbor| other(neighbor, input.dt_s)));
+    }
+
+    /// What stands and moves around it; of an obstacle that its centre is in, only the way out.
+    fn see(&mut self, input: &PlanInput<'_>) {
+        self.walls.clear();
+        self.way_out = None;
+        for pieces in input.obstacles.chunk_by(|a, b| a.id == b.id) {
+            if let Some(inside) = solid(pieces, input.position) {
+                self.way_out = (input.position - inside.a).try_normalize(0.0);
+                continue;
+            }
+            self.walls.extend(pieces.iter().map(|piece| {
+                let offset = piece.shape.nearest_core(input.position) - input.position;
+                let gap_m = offset.norm() - piece.shape.radius - input.radius_m;
+                Wall { offset, gap_m, velocity: piece.velocity }
+            }));
+        }
     }
 
     /// What the robot did since it spoke last is what the others have heard that it would do, to the last bit. After a pause
@@ -271,10 +298,9 @@ impl Lanes {
         wish: Vector2<f64>,
         left_m: f64,
         corner: Option<Point2<f64>>,
-        wall_m: f64,
     ) -> f64 {
         let (speed, radius_m) = (input.limits.speed_mps_max, input.radius_m);
-        let near_wall = wall_m < NEAR_WALL * radius_m;
+        let near_wall = self.walls.iter().any(|wall| wall.gap_m < NEAR_WALL * radius_m);
         let keeps = if near_wall { KEEPS_NEAR_WALL } else { KEEPS_OPEN };
         self.blocked.clear();
         for other in &self.others {
@@ -302,14 +328,13 @@ impl Lanes {
                 .min(reach_m + keeps * (distance_m - reach_m).max(0.0));
             self.blocked.push(blocked(relative, offset, kept_m, arrived));
         }
-        for obstacle in input.obstacles {
-            let nearest = obstacle.shape.nearest_core(input.position);
-            let offset = nearest - input.position;
-            let kept_m = radius_m + obstacle.shape.radius;
-            let distance_m = offset.norm();
-            if distance_m - kept_m < AT_WALL * radius_m && (distance_m - kept_m) / speed < left_m / speed {
-                self.blocked.push(blocked(wish - obstacle.velocity, offset, kept_m.min(distance_m), false));
-            }
+        for wall in self.walls.iter().filter(|wall| wall.gap_m < (AT_WALL * radius_m).min(left_m)) {
+            self.blocked.push(blocked(
+                wish - wall.velocity,
+                wall.offset,
+                wall.offset.norm() - wall.gap_m.max(0.0),
+                false,
+            ));
         }
         let slow = self.slow.clamp(0.0, 1.0);
         let most = self.params.turn_max_deg.to_radians();
@@ -364,9 +389,8 @@ impl Lanes {
             (self.aside, self.best) = (None, (left_m, input.tick));
         }
         if input.tick.saturating_sub(self.best.1) > ticks(PATIENCE) {
-            let drawn = mix(u64::from(self.identity.robot) ^ self.identity.seed.rotate_left(32) ^ input.tick << 20);
-            let size = if drawn & 1 == 0 { 60f64 } else { 130.0 };
-            let angle = if drawn & 2 == 0 { size } else { -size }.to_radians();
+            let drawn = (4.0 * self.draws.unit()) as usize;
+            let angle = [60f64, 130.0, -60.0, -130.0][drawn].to_radians();
             self.aside = Some((angle, input.tick + ticks(ASIDE)));
             return angle;
         }
@@ -377,21 +401,12 @@ impl Lanes {
     fn draw(&mut self, input: &PlanInput<'_>, unit_s: f64) -> usize {
         let (speed, dt_s) = (input.limits.speed_mps_max, input.dt_s);
         self.planes.clear();
-        self.way_out = None;
-        for pieces in input.obstacles.chunk_by(|a, b| a.id == b.id) {
-            if let Some(inside) = solid(pieces, input.position) {
-                self.way_out = (input.position - inside.a).try_normalize(0.0);
-                continue;
-            }
-            for obstacle in pieces {
-                let offset = obstacle.shape.nearest_core(input.position) - input.position;
-                let gap_m = offset.norm() - obstacle.shape.radius - input.radius_m;
-                let Some(toward) = offset.try_normalize(0.0) else { continue };
-                let free_m = (gap_m + obstacle.velocity.dot(&toward) * dt_s).max(0.0);
-                let most = (free_m / dt_s).min(stoppable_speed(free_m, &input.limits));
-                if most < speed {
-                    self.planes.push(HalfPlane::below(toward, most));
-                }
+        for wall in &self.walls {
+            let Some(toward) = wall.offset.try_normalize(0.0) else { continue };
+            let free_m = (wall.gap_m + wall.velocity.dot(&toward) * dt_s).max(0.0);
+            let most = (free_m / dt_s).min(stoppable_speed(free_m, &input.limits));
+            if most < speed {
+                self.planes.push(HalfPlane::below(toward, most));
             }
         }
         // Twice the way on which it stops, and as much for the other one.
@@ -401,15 +416,15 @@ impl Lanes {
             0.0
         };
         let me = self.said.unwrap_or(Said {
-            id: self.identity.robot,
+            id: self.robot,
             arrived: input.arrived,
             command: input.velocity,
             intent: Intent { wish: input.velocity, left_m: 0.0, way_m: 0.0, corner: None, slow: 0.0, lag: 0.0 },
         });
         let mine = Side { at: input.position, radius_m: input.radius_m, command: Some(me.command) };
         for other in &self.others {
-            let command = (other.tells && self.said.is_some()).then_some(other.said.command);
-            let theirs = Side { at: other.at, radius_m: other.radius_m + other.error_m, command };
+            let command = (other.shares && self.said.is_some()).then_some(other.said.command);
+            let theirs = Side { at: other.at, radius_m: other.radius_m, command };
             let reach_m = (speed + other.said.command.norm().max(speed)) * dt_s;
             let share = gap::own_share(&mine, &theirs, dt_s, reach_m.max(brakes_m));
             self.planes.extend(share.map(|plane| {
@@ -482,20 +497,9 @@ fn kept_share(planes: &[HalfPlane], velocity: Vector2<f64>) -> f64 {
     planes.iter().map(share).fold(1.0, f64::min)
 }
 
-/// Distance of the nearest obstacle's surface from the robot's, m.
-fn nearest_wall_m(input: &PlanInput<'_>) -> f64 {
-    let gaps = input.obstacles.iter().map(|obstacle| obstacle.shape.distance(input.position));
-    gaps.fold(f64::INFINITY, f64::min) - input.radius_m
-}
-
 /// A neighbour, from what it said last.
 fn other(neighbor: &Neighbor, dt_s: f64) -> Other {
-    const FRESH_TICKS: f64 = 1.5;
-    let fresh = neighbor.age_s <= FRESH_TICKS * dt_s && neighbor.age_s > 0.0;
-    let (at, command) = match neighbor.next.filter(|_| fresh) {
-        Some(next) => (next, (next - neighbor.position) / dt_s),
-        None => (neighbor.position + neighbor.velocity * neighbor.age_s, neighbor.velocity),
-    };
+    let (at, command, is_its_word) = neighbor.now(dt_s);
     let going = Intent {
         wish: command,
         left_m: neighbor.remaining_m,
@@ -508,16 +512,9 @@ fn other(neighbor: &Neighbor, dt_s: f64) -> Other {
         at,
         radius_m: neighbor.radius_m,
         tells: neighbor.intent.is_some(),
-        error_m: 0.0,
+        shares: neighbor.intent.is_some() && is_its_word,
         said: Said { id: neighbor.id, arrived: neighbor.arrived, command, intent: neighbor.intent.unwrap_or(going) },
     }
-}
-
-/// A number with well mixed bits.
-fn mix(x: u64) -> u64 {
-    let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ x >> 31
 }
 
 #[cfg(test)]

@@ -51,8 +51,6 @@ pub static METHOD: Method = Method {
 /// Horizons in units of radius by speed, if the scenario sets none.
 const HORIZON: f64 = 10.0;
 const WALL_HORIZON: f64 = 5.0;
-/// A message that is not older than this many ticks says where its sender is now.
-const FRESH_TICKS: f64 = 1.5;
 /// A piece whose line another one has drawn already: slack, as a share of the radius.
 const COVERED: f64 = 1e-5;
 
@@ -156,21 +154,10 @@ impl Orca {
     /// v^pref: along the way, slower only where a tick at full speed would go past the goal.
     fn preferred(&mut self, input: &PlanInput<'_>) -> (Vector2<f64>, PlanState) {
         let speed = input.limits.speed_mps_max;
-        if input.map.is_empty() {
-            return (((input.goal - input.position) / input.dt_s).cap_magnitude(speed), PlanState::Ready);
-        }
-        if self.way.as_ref().is_none_or(|way| way.goal() != input.goal) {
-            self.way = Some(Way::new(input.map, input.radius_m, input.position, input.goal));
-        }
-        match self.way.as_mut().and_then(|way| way.ahead(input.position)) {
-            Some(ahead) => {
-                let offset = ahead.at - input.position;
-                let fast =
-                    if ahead.is_goal { offset / input.dt_s } else { offset * (speed / offset.norm().max(1e-12)) };
-                (fast.cap_magnitude(speed), PlanState::Ready)
-            }
-            None => (Vector2::zeros(), PlanState::GaveUp),
-        }
+        let Some(ahead) = Way::follow(&mut self.way, input) else { return (Vector2::zeros(), PlanState::GaveUp) };
+        let offset = ahead.at - input.position;
+        let fast = if ahead.is_goal { offset / input.dt_s } else { offset * (speed / offset.norm().max(1e-12)) };
+        (fast.cap_magnitude(speed), PlanState::Ready)
     }
 }
 
@@ -184,14 +171,8 @@ pub(crate) struct Mover {
 
 /// Where a neighbour is now and how it moves, from what it said last.
 fn mover(neighbor: &Neighbor, inflation: f64, dt_s: f64) -> Mover {
-    let radius_m = neighbor.radius_m * inflation;
-    match neighbor.next.filter(|_| neighbor.age_s <= FRESH_TICKS * dt_s && neighbor.age_s > 0.0) {
-        Some(next) => Mover { position: next, velocity: (next - neighbor.position) / dt_s, radius_m },
-        None => {
-            let velocity = neighbor.velocity;
-            Mover { position: neighbor.position + velocity * neighbor.age_s, velocity, radius_m }
-        }
-    }
+    let (position, velocity, _) = neighbor.now(dt_s);
+    Mover { position, velocity, radius_m: neighbor.radius_m * inflation }
 }
 
 /// ORCA^τ of one disc with respect to another (eqs. 2 to 5, fig. 3): this disc takes `share` of the change that is needed.

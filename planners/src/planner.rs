@@ -134,6 +134,19 @@ pub struct Neighbor {
     pub intent: Option<Intent>,
 }
 
+impl Neighbor {
+    /// Where the robot is now, m, and the velocity with which it came there, m/s. If its message is one tick old and says where
+    /// its command took it (`true`), both are its own word; otherwise it is taken to go on as it was last heard.
+    pub fn now(&self, dt_s: f64) -> (Point2<f64>, Vector2<f64>, bool) {
+        /// A message that is not older than this many ticks is of the tick before.
+        const FRESH_TICKS: f64 = 1.5;
+        match self.next.filter(|_| self.age_s > 0.0 && self.age_s <= FRESH_TICKS * dt_s) {
+            Some(next) => (next, (next - self.position) / dt_s, true),
+            None => (self.position + self.velocity * self.age_s, self.velocity, false),
+        }
+    }
+}
+
 /// What a method tells other robots of what it is about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intent {

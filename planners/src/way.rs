@@ -10,7 +10,7 @@
 
 mod outline;
 
-use crate::planner::Obstacle;
+use crate::planner::{Obstacle, PlanInput};
 use geometry::{Capsule, segment_distance};
 use nalgebra::{Point2, distance};
 use outline::{Corner, corners};
@@ -187,9 +187,17 @@ impl Way {
         Way { graph, goal, goal_keeps_m, left, heads_for: None }
     }
 
-    /// Where these ways lead, m.
-    pub fn goal(&self) -> Point2<f64> {
-        self.goal
+    /// What a robot heads for now: along the shortest way if it knows the map, else straight to its goal; `None` if there is
+    /// no way. `way` is what it knows of the ways to its goal, and is made when the goal is a new one.
+    pub fn follow(way: &mut Option<Way>, input: &PlanInput<'_>) -> Option<Ahead> {
+        let (from, goal) = (input.position, input.goal);
+        if input.map.is_empty() {
+            return Some(Ahead { at: goal, is_goal: true, left_m: distance(&from, &goal) });
+        }
+        if way.as_ref().is_none_or(|way| way.goal != goal) {
+            *way = Some(Way::new(input.map, input.radius_m, from, goal));
+        }
+        way.as_mut().and_then(|way| way.ahead(from))
     }
 
     /// What a robot heads for that is here (m); `None` if there is no way.

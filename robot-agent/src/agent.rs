@@ -250,8 +250,10 @@ impl Agent {
         }
         let mut pose = Pose::resting(Point2::new(odometry.x_m, odometry.y_m), odometry.yaw_rad);
         pose.velocity = Vector2::new(odometry.vx_mps, odometry.vy_mps);
-        let (sin, cos) = odometry.yaw_rad.sin_cos();
-        (pose.speed_mps, pose.turn_radps) = (pose.velocity.dot(&Vector2::new(cos, sin)), odometry.turn_radps);
+        if BodyKind::ROLLING.contains(&robot.kind) {
+            let (sin, cos) = odometry.yaw_rad.sin_cos();
+            (pose.speed_mps, pose.turn_radps) = (pose.velocity.dot(&Vector2::new(cos, sin)), odometry.turn_radps);
+        }
         match robot.wheels {
             Some(wheels) => {
                 pose.wheel_radps = wheels.rates_of(pose.speed_mps, pose.turn_radps);
