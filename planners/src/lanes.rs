@@ -5,7 +5,7 @@
 //! have if it were alone (its wish), how far it has to go, and how much of its speed it has lost lately. From that:
 //!
 //! 1. **Way.** The wish leads along the shortest way on the known map ([`way`](crate::way)), without a map straight to the goal.
-//! 2. **One common right-hand turn.** If everybody turns its wish to the right by b, the relative wishes turn by b too. b is the
+//! 2. **One common right-hand turn.** If all robots turn their wishes to the right by b, the relative wishes turn by b too. b is the
 //!    smallest turn after which none of the robots that are heard is on a course of contact. Rings and crossings become
 //!    roundabouts, opposite streams become lanes.
 //! 3. **Right of way** (`has_way`): who has arrived gives way; of two that go the same way the one that is nearer to its

@@ -200,7 +200,7 @@ impl Way {
         way.as_mut().and_then(|way| way.ahead(from))
     }
 
-    /// What a robot heads for that is here (m); `None` if there is no way.
+    /// What a robot heads for that is here (m); `None` if no way leads to the goal.
     pub fn ahead(&mut self, from: Point2<f64>) -> Option<Ahead> {
         let keeps_m = self.graph.keeps(from);
         // What comes after that for which it headed may have come into sight; nothing else does in a tick, as a rule.

@@ -2,7 +2,7 @@
 
 use super::{EventReport, LatencyReport, Report, Verdict};
 use crate::exit;
-use crate::numbers;
+use crate::numbers::{self, plural};
 use crate::tasks::{self, Tasks};
 use model::{Event, EventName, Gone, Metric, Mode, Scenario};
 
@@ -254,8 +254,4 @@ fn percent(share: f64) -> String {
 
 fn trim(number: String) -> String {
     number.trim_end_matches('0').trim_end_matches('.').to_string()
-}
-
-pub(super) fn plural(n: u64) -> &'static str {
-    if n == 1 { "" } else { "s" }
 }

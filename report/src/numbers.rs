@@ -56,6 +56,11 @@ pub fn clearance(x_m: f64) -> String {
     if x_m != 0.0 && x_m.abs() < 0.0005 { format!("{x_m:.0e} m") } else { format!("{} m", fixed(x_m, 3)) }
 }
 
+/// The ending of a noun that this number stands before.
+pub fn plural(n: u64) -> &'static str {
+    if n == 1 { "" } else { "s" }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,10 +6,9 @@ use super::judge;
 use super::layout::{Column, Page, table};
 use super::{
     Blame, LatencyFacts, LatencyReport, Percentiles, ProcessScheduling, Report, RobotReport, SchedulingReport, Verdict,
-    judge::plural,
 };
 use crate::exit;
-use crate::numbers::{clearance, fixed};
+use crate::numbers::{clearance, fixed, plural};
 use model::{Cause, Mode, PerMetric, Physics, PlanState, RobotState, Stall};
 
 /// So many robots are listed one by one.

@@ -9,23 +9,34 @@ type Figure = fn(&Row) -> Option<f64>;
 /// A comparison of a figure with a bound.
 type Comparison = fn(f64, f64) -> bool;
 
-/// The metrics of assertions: name, meaning, figure.
-const METRICS: [(&str, &str, Figure); 13] = [
-    ("success", "share of runs in which all robots arrived and nothing touched", |row| Some(row.success_rate)),
-    ("arrival", "share of robots that arrived", |row| row.arrival_rate),
-    ("contacts", "contacts of all runs together", |row| Some((row.robot_contacts + row.obstacle_contacts) as f64)),
-    ("robot_contacts", "those between robots", |row| Some(row.robot_contacts as f64)),
-    ("obstacle_contacts", "those with obstacles", |row| Some(row.obstacle_contacts as f64)),
-    ("makespan", "median makespan of successful runs, s", |row| row.makespan_s_median),
-    ("makespan_ratio", "ratio of medians to the baseline", |row| {
-        row.against_baseline.as_ref().and_then(|paired| paired.makespan_ratio)
-    }),
-    ("path_ratio", "mean ratio to the shortest path", |row| row.path_ratio_mean),
-    ("clearance", "smallest clearance between robots, m", |row| row.min_clearance_m),
-    ("ldj", "mean smoothness", |row| row.ldj_mean),
-    ("deadlocked", "robots of all runs together", |row| Some(row.deadlocked as f64)),
-    ("livelocked", "robots of all runs together", |row| Some(row.livelocked as f64)),
-    ("oscillating", "robots of all runs together", |row| Some(row.oscillating as f64)),
+/// The metrics of assertions: name and figure.
+const METRICS: [(&str, Figure); 13] = [
+    // Share of runs in which all robots arrived and nothing touched.
+    ("success", |row| Some(row.success_rate)),
+    // Share of robots that arrived.
+    ("arrival", |row| row.arrival_rate),
+    // Contacts of all runs together.
+    ("contacts", |row| Some((row.robot_contacts + row.obstacle_contacts) as f64)),
+    // Those between robots.
+    ("robot_contacts", |row| Some(row.robot_contacts as f64)),
+    // Those with obstacles.
+    ("obstacle_contacts", |row| Some(row.obstacle_contacts as f64)),
+    // Median makespan of successful runs, s.
+    ("makespan", |row| row.makespan_s_median),
+    // Ratio of medians to the baseline.
+    ("makespan_ratio", |row| row.against_baseline.as_ref().and_then(|paired| paired.makespan_ratio)),
+    // Mean ratio to the shortest path.
+    ("path_ratio", |row| row.path_ratio_mean),
+    // Smallest clearance between robots, m.
+    ("clearance", |row| row.min_clearance_m),
+    // Mean smoothness.
+    ("ldj", |row| row.ldj_mean),
+    // Robots of all runs together.
+    ("deadlocked", |row| Some(row.deadlocked as f64)),
+    // Robots of all runs together.
+    ("livelocked", |row| Some(row.livelocked as f64)),
+    // Robots of all runs together.
+    ("oscillating", |row| Some(row.oscillating as f64)),
 ];
 
 /// How a figure is compared; a two-character operator stands before its first character.
@@ -58,7 +69,7 @@ impl Assertion {
         let (name, rest) = (condition[..at].trim(), &condition[at..]);
         let operator = OPERATORS.into_iter().find(|(sign, _)| rest.starts_with(sign));
         let (sign, holds) = operator.ok_or_else(|| format!("`{text}`: the comparisons are >=, <=, ==, > and <"))?;
-        let Some((metric, _, figure)) = METRICS.into_iter().find(|(metric, ..)| *metric == name) else {
+        let Some((metric, figure)) = METRICS.into_iter().find(|(metric, ..)| *metric == name) else {
             let known = METRICS.map(|(metric, ..)| metric).join(", ");
             return Err(format!("unknown metric `{}`; known metrics: {known}", name.escape_debug()));
         };

@@ -1,4 +1,4 @@
-//! `sweep.db`: the runs and robots of a sweep as SQLite tables (docs/sweep.md has them). It is made anew when all runs have
+//! `sweep.db`: the runs and robots of a sweep as SQLite tables (docs/sweep.md has them). It is rewritten when all runs have
 //! ended, in the order of the plan, so its rows do not depend on how the sweep got there.
 
 use crate::plan::Plan;

@@ -16,6 +16,7 @@ use crate::record::Record;
 use crate::row::makespans;
 use crate::summary::Summary;
 use crate::text;
+use report::numbers::plural;
 use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
 use std::collections::BTreeSet;
@@ -135,7 +136,7 @@ fn pictures(plan: &Plan, records: &[Record]) -> Vec<(String, String)> {
         let sample = |runs: &[Record]| Sample { name: label(&runs[0], plan), values: makespans(runs), of: runs.len() };
         let samples: Vec<Sample> = records.chunks(plan.seeds.len()).map(sample).collect();
         let seeds = plan.seeds.len();
-        let title = format!("{}: makespan of successful runs, {seeds} seed{}", scenario.name, text::plural(seeds));
+        let title = format!("{}: makespan of successful runs, {seeds} seed{}", scenario.name, plural(seeds as u64));
         (file_name(&scenario.name, &mut taken), boxes::draw(&title, "makespan, s", &samples))
     };
     plan.scenarios.iter().zip(records.chunks(of_each.max(1))).map(picture).collect()

@@ -7,6 +7,7 @@ use crate::record::Record;
 use crate::row::Row;
 use crate::statistics::{self, geometric_mean};
 use model::Mode;
+use report::numbers::plural;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -155,7 +156,6 @@ fn failure(plan: &Plan, record: &Record) -> FailedRun {
 
 /// What was wrong with a run, in words.
 fn cause(record: &Record) -> String {
-    let plural = |n: u64| if n == 1 { "" } else { "s" };
     let mut parts = Vec::new();
     if record.arrived < record.robots_due {
         let stalls =

@@ -2,7 +2,7 @@
 
 use crate::row::Row;
 use crate::summary::{FailedRun, PlannerRow, Summary};
-use report::numbers::fixed;
+use report::numbers::{fixed, plural};
 use report::{Column, Page, table};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -83,7 +83,7 @@ fn paint(text: &str, summary: &Summary) -> String {
 }
 
 fn headline(page: &mut Page, summary: &Summary) {
-    let counted = |n: usize, what: &str| format!("{n} {what}{}", plural(n));
+    let counted = |n: usize, what: &str| format!("{n} {what}{}", plural(n as u64));
     let names: BTreeSet<_> = summary.planners.iter().map(|row| &row.planner).collect();
     let axes = [
         (summary.rows.len() / summary.planners.len().max(1), "scenario"),
@@ -209,7 +209,7 @@ fn failures(page: &mut Page, failures: &[FailedRun], most: usize) {
         return;
     }
     page.gap();
-    page.words(&format!("{} run{} failed:", failures.len(), plural(failures.len())), 2);
+    page.words(&format!("{} run{} failed:", failures.len(), plural(failures.len() as u64)), 2);
     for failure in &failures[..failures.len().min(most)] {
         page.words_after("  ", &format!("{}: {}", failure.run, failure.cause), 4);
         command(page, &failure.words);
@@ -248,8 +248,4 @@ fn assertions(page: &mut Page, summary: &Summary) {
             page.words_after("  ", &format!("- {}", row.words()), 6);
         }
     }
-}
-
-pub(crate) fn plural(n: usize) -> &'static str {
-    if n == 1 { "" } else { "s" }
 }

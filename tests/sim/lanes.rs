@@ -1,4 +1,4 @@
-//! The crowd planner in crowds: everybody arrives and nobody touches anything, with one set of parameters, in rings, circles of
+//! The crowd planner in crowds: all robots arrive and no bodies touch, with one set of parameters, in rings, circles of
 //! unequal robots, corridors, doors and crossings, at coarse ticks, for bodies of three sizes.
 
 use scenarios::Overrides;
@@ -118,7 +118,7 @@ fn scenes() -> Vec<Scene> {
 }
 
 #[test]
-fn everybody_arrives_and_nobody_touches_anything() {
+fn all_robots_arrive_and_no_bodies_touch() {
     for scene in scenes() {
         for (size, speed, seed) in [(1.0, 1.0, 0), (1.0, 1.0, 1), (0.35, 0.15, 2), (12.5, 15.0, 3)] {
             let what = format!("{}, {size} times as large, {speed} m/s, seed {seed}", scene.name);

@@ -78,7 +78,7 @@ pub struct World {
     faults_end: u64,
     /// No task has a deadline before this tick.
     tasks_end: u64,
-    /// A robot that stays where it is for so many ticks does not get to its task.
+    /// A robot that stays at one place for this number of ticks cannot reach its task.
     stuck_ticks: u64,
     /// Robots that do not get to what they head for, of the tick that was closed last.
     stuck: Vec<RobotIndex>,

@@ -1,4 +1,4 @@
-//! What whoever watches is told, in words.
+//! The news of a fleet in words, for a terminal and for the log.
 
 use model::{Event, EventName, RobotIndex, Scenario};
 

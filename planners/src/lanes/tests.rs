@@ -57,6 +57,19 @@ fn it_turns_right_by_no_more_than_passes() {
     assert_eq!(planned(&[robot(1, [4.0, 3.0], [-1.0, 0.0]), robot(2, [-1.0, 0.0], [1.0, 0.0])], &[]).0, Vector2::x());
 }
 
+/// Two robots that have not both heard each other's last command share a gap in halves: a share that only one of them
+/// computes is not one.
+#[test]
+fn a_message_that_is_older_than_a_tick_gives_half_of_the_gap() {
+    let speed = |age_ticks: f64| {
+        let comes = robot(1, [0.44, 0.0], [1.0, 0.0]);
+        // The other one stood when it spoke, and the gap is 4 cm: a robot that comes at 1 m/s has all of it for itself.
+        let stands = Neighbor { position: [0.44, 0.0].into(), velocity: Vector2::zeros(), ..comes };
+        planned(&[Neighbor { age_s: 0.1 * age_ticks, ..stands }], &[]).0.x
+    };
+    assert!((speed(1.0) - 0.4).abs() < 1e-6 && (speed(2.0) - 0.2).abs() < 1e-6, "{} {}", speed(1.0), speed(2.0));
+}
+
 #[test]
 fn what_stands_at_its_goal_is_passed_on_the_shorter_side() {
     let parked = Neighbor { arrived: true, ..robot(1, [3.0, -0.2], [0.0, 0.0]) };

@@ -29,7 +29,7 @@ impl World {
         }
     }
 
-    /// Whoever still waits for an order that has not taken effect is told that the run is over.
+    /// The senders of orders that have not taken effect are told that the run is over.
     pub fn refuse_orders(&mut self) {
         for order in std::mem::take(&mut self.orders) {
             self.answer(order.ticket(), Err("the run is over"));
@@ -94,7 +94,7 @@ impl World {
             None if arm::of_slot(&self.arms, slot).is_some() => "the slot is that of an arm",
             None if slot < self.slots_max && is_free => {
                 self.place(instance, robot, self.tick);
-                // Whoever looks at the slot sees the new robot, not the one that it had before.
+                // Who looks at the slot sees the new robot, not the one that it had before.
                 self.shown[slot] = u32::MAX;
                 // Its process is on its way: what is reported of it counts from here on.
                 self.presences[slot].announce(self.tick, self.ahead_ticks, &mut self.journal);

@@ -18,7 +18,7 @@ const LOOK_EVERY: Timespec = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
 const GRACE_LOOKS: u32 = 14;
 /// No report is larger.
 const REPORT_BYTES_MAX: u64 = 1 << 30;
-/// Of what a run says on standard error, so many lines are repeated if it fails.
+/// Number of lines of the standard error of a run that are repeated if the run fails.
 const SAID_LINES: usize = 4;
 
 /// Runs the fleet as processes.
