@@ -85,11 +85,13 @@ fn wait_for_end(address: &Address) {
 
 /// Waits for another daemon, or for the end of a fleet that is left running: `None`. The daemon's place, if the fleet has
 /// neither a daemon nor a world for too long, or no daemon for longer than it may. Meanwhile logs are kept small.
-fn wait_for_daemon(address: &Address) -> Option<Helm> {
+///
+/// The process `before` is the daemon that has gone: the kernel closes its end of the pipe a moment before it counts as dead.
+fn wait_for_daemon(address: &Address, before: u32) -> Option<Helm> {
     let limit = helm::orphan_limit(address).unwrap_or(Duration::MAX);
     let (mut alone, begun) = (Duration::ZERO, crate::processes::now());
     while address.root().exists() {
-        if Helmsman::of(address).is_some_and(|daemon| daemon.lives()) {
+        if Helmsman::of(address).is_some_and(|daemon| daemon.pid() != before && daemon.lives()) {
             return None;
         }
         alone = if helm::living_world(address).is_some() { Duration::ZERO } else { alone + LOOK };
@@ -110,13 +112,14 @@ fn wait_for_daemon(address: &Address) -> Option<Helm> {
 /// When shared memory cannot be removed.
 pub fn main(root: &Path) -> Result<(), Error> {
     bus::process::leave_ending_to_daemon();
+    let daemon = std::os::unix::process::parent_id();
     let Ok(address) = Address::at(root) else { return Ok(()) };
     // While the guardian lives nobody else takes the fleet for abandoned.
     let lease = Lease::take(&address)?;
     wait_for_end(&address);
     // Held until the end: nobody takes over a fleet that is going.
     let _helm = match helm::is_left_running(&address) {
-        true => match wait_for_daemon(&address) {
+        true => match wait_for_daemon(&address, daemon) {
             None => return Ok(()),
             helm => helm,
         },
@@ -126,4 +129,24 @@ pub fn main(root: &Path) -> Result<(), Error> {
     drop(lease);
     clean::sweep(&address);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bus::helm::ORPHAN_LIMIT_FILE;
+
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "the test writes what a daemon would")]
+    fn a_daemon_that_is_just_dying_is_not_taken_for_another_one() {
+        let address = Address::create().unwrap();
+        std::fs::write(address.file(ORPHAN_LIMIT_FILE), "0").unwrap();
+        // Its place is free, and its process still counts as living.
+        Helm::take(&address).unwrap().unwrap().sign(&address, 1, "0").unwrap();
+        assert!(Helmsman::of(&address).unwrap().lives());
+        let this = std::process::id();
+        assert!(wait_for_daemon(&address, this).is_some(), "the fleet is to be ended");
+        assert!(wait_for_daemon(&address, this + 1).is_none(), "another daemon looks after it");
+        clean::sweep(&address);
+    }
 }

@@ -10,6 +10,7 @@ use crate::exit::{self, Failure};
 use crate::out;
 use bus::Address;
 use bus::clean::FleetEntry;
+use bus::clock;
 use model::ProcessState;
 use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
 use report::numbers::fixed;
@@ -34,8 +35,8 @@ pub fn run(options: &PsArgs) -> Result<i32, Failure> {
         let address = &entry.address;
         match seen(entry) {
             Ok(status) => fleets.push((Shown::of(entry), status)),
-            // It has ended since it was listed.
-            Err(_) if !address.root().exists() => {}
+            // It has ended since it was listed, or another command was clearing it away.
+            Err(_) if goes(address) => {}
             Err(failure) => failures.push((address.id(), failure)),
         }
     }
@@ -61,6 +62,18 @@ pub fn run(options: &PsArgs) -> Result<i32, Failure> {
         out::fail(failure);
     }
     Ok(if failures.is_empty() { exit::OK } else { exit::ENVIRONMENT })
+}
+
+/// Whether a fleet goes within a moment: what is left of one that has ended is in the way of questions while it is cleared away.
+fn goes(address: &Address) -> bool {
+    const LOOKS: u32 = 100;
+    const LOOK_EVERY_NS: u64 = 10_000_000;
+    (0..LOOKS).any(|look| {
+        if look > 0 {
+            clock::sleep_until_ns(clock::now_ns() + LOOK_EVERY_NS);
+        }
+        !address.root().exists()
+    })
 }
 
 /// A fleet, as its daemon describes it; if that does not answer, which is said, as far as it can be seen without it.
@@ -259,5 +272,17 @@ mod tests {
             (&absent["slot"], &absent["state"], &absent["position_m"]),
             (&json!(3), &json!("awaited"), &json!(null))
         );
+    }
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "another command that clears a fleet away meanwhile")]
+    fn a_fleet_that_is_being_cleared_away_is_waited_for() {
+        let address = Address::create().unwrap();
+        let root = address.root().to_path_buf();
+        let clearing = std::thread::spawn(move || {
+            std::thread::sleep(std::time::Duration::from_millis(50));
+            std::fs::remove_dir_all(root).unwrap();
+        });
+        assert!(goes(&address));
+        clearing.join().unwrap();
     }
 }
