@@ -36,7 +36,7 @@ fn step(bencher: Bencher<'_, '_>, cell: &Cell) {
         let (odometry, heard) = black_box(&told[tick]);
         let mut pose = SharedPose::default();
         let outputs = agent.step(
-            &AgentInputs { odometry, heard, radio: Radio::PERFECT, pieces: &pieces, time: Time::Ticks },
+            &AgentInputs { odometry, heard, borders: &[], radio: Radio::PERFECT, pieces: &pieces, time: Time::Ticks },
             &mut pose,
         );
         (outputs, pose)

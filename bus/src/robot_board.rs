@@ -5,6 +5,9 @@
 //! its neighbours read its pose of tick k - 1, which is in the other one. Where it is the newest that counts, whatever its
 //! tick, there is one entry: of two, only a look at both could tell which one has it.
 //!
+//! Where nobody can be sure what is heard, robots also tell each other about borders: in one or two more entries, which take turns
+//! with the poses.
+//!
 //! The incarnation is in the name, because a writer that was killed leaves its entries unwritable as long as the
 //! service lives: the next life gets a board of its own.
 
@@ -12,11 +15,12 @@ use crate::board::{self, Board, Entry, EntryMut, Key};
 use crate::node::Node;
 use crate::{Result, Sizes, clock};
 use model::RobotInstance;
-use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_robot::{PosePair, SharedBorder, SharedBorders, SharedPose};
 use protocol::robot_to_world::Command;
 
 const POSES: [Key; 2] = [0, 1];
 const COMMAND: Key = 2;
+const BORDERS: [Key; 2] = [3, 4];
 /// A board that is neither there nor gone is looked for again for this long, this often.
 const PASSING_NS: u64 = 50_000_000;
 const AGAIN_NS: u64 = 1_000_000;
@@ -42,6 +46,8 @@ pub struct RobotWriter {
     /// The next pose goes into the second one.
     turn: bool,
     command: EntryMut<Command>,
+    /// As many as there are poses, or none.
+    borders: Vec<EntryMut<SharedBorders>>,
     _board: Board,
 }
 
@@ -51,12 +57,43 @@ impl RobotWriter {
     /// # Errors
     /// When it exists already, or shared memory or open files have run out.
     pub fn create(node: &Node, instance: RobotInstance, sizes: Sizes, poses: Poses) -> Result<RobotWriter> {
+        RobotWriter::create_as(node, instance, sizes, poses, false)
+    }
+
+    /// The same for a robot that tells others about borders.
+    ///
+    /// # Errors
+    /// As [`RobotWriter::create`].
+    pub fn create_with_borders(
+        node: &Node,
+        instance: RobotInstance,
+        sizes: Sizes,
+        poses: Poses,
+    ) -> Result<RobotWriter> {
+        RobotWriter::create_as(node, instance, sizes, poses, true)
+    }
+
+    fn create_as(
+        node: &Node,
+        instance: RobotInstance,
+        sizes: Sizes,
+        poses: Poses,
+        has_borders: bool,
+    ) -> Result<RobotWriter> {
         let name = name(instance);
+        let borders: &[Key] = match (has_borders, poses) {
+            (false, _) => &[],
+            (true, Poses::Newest) => &BORDERS[..1],
+            (true, Poses::LastTwo) => &BORDERS,
+        };
         let mut creator = board::creator(node, &name, sizes.participants_max())
             .add(COMMAND, Command::default())
             .add(POSES[0], SharedPose::default());
         if poses == Poses::LastTwo {
             creator = creator.add(POSES[1], SharedPose::default());
+        }
+        for key in borders {
+            creator = creator.add(*key, SharedBorders::default());
         }
         let board = board::create(creator, &name)?;
         let writer = board::writer(&board, &name)?;
@@ -68,8 +105,21 @@ impl RobotWriter {
             },
             turn: false,
             command: board::entry_mut(&writer, &name, COMMAND, &Command::default())?,
+            borders: borders
+                .iter()
+                .map(|key| board::entry_mut(&writer, &name, *key, &SharedBorders::default()))
+                .collect::<Result<_>>()?,
             _board: board,
         })
+    }
+
+    /// Tells others about borders what `fill` makes in place: it belongs to the pose that was told last. Nothing happens on a board
+    /// without borders.
+    pub fn borders(&mut self, fill: impl FnOnce(&mut SharedBorders)) {
+        let place = usize::from(self.borders.len() == 2 && !self.turn);
+        if let Some(entry) = self.borders.get_mut(place) {
+            entry.update(fill);
+        }
     }
 
     /// Tells the pose that `fill` makes in place: in the memory that readers look at next, where an older pose is. The
@@ -95,6 +145,8 @@ pub struct RobotReader {
     /// The next pose to be heard should be in the second one.
     turn: bool,
     command: Entry<Command>,
+    /// As many as there are poses, or none.
+    borders: Vec<Entry<SharedBorders>>,
 }
 
 impl RobotReader {
@@ -124,6 +176,7 @@ impl RobotReader {
             second: board::entry_if_any(&reader, POSES[1]),
             turn: false,
             command: board::entry(&reader, &name, COMMAND)?,
+            borders: BORDERS.iter().filter_map(|key| board::entry_if_any(&reader, *key)).collect(),
         })
     }
 
@@ -162,6 +215,19 @@ impl RobotReader {
         let found = self.pair().before(tick).copied();
         self.turn ^= found == Some(pose);
         found.unwrap_or_default()
+    }
+
+    /// What the robot says to this one about the border between the two: the newest of a tick before `before`, or the newest.
+    pub fn border(&self, to: RobotInstance, before: Option<u64>) -> SharedBorder {
+        let mut newest: Option<(u64, SharedBorder)> = None;
+        for entry in &self.borders {
+            let told = entry.get();
+            let counts = before.is_none_or(|before| told.tick < before);
+            if counts && newest.is_none_or(|(tick, _)| tick < told.tick) {
+                newest = Some((told.tick, told.to(to.index.0, to.incarnation)));
+            }
+        }
+        newest.map(|(_, border)| border).unwrap_or_default()
     }
 
     /// The newest command.

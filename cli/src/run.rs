@@ -1,6 +1,6 @@
 //! `shoal run`: a scenario from its text to its report.
 
-use crate::args::{FilterArg, Format, RunArgs};
+use crate::args::{Format, RunArgs};
 use crate::exit::{self, Failure};
 use crate::file::{Files, STANDARD};
 use crate::out;
@@ -27,11 +27,6 @@ const TICKS_PER_LOOK: u64 = 64;
 /// # Errors
 /// When the run cannot be started or reported.
 pub fn run(options: &RunArgs) -> Result<i32, Failure> {
-    if options.filter == FilterArg::HalfGap {
-        return Err(
-            Failure::usage("`--filter half-gap` is not built yet").hint("run without a filter: `--filter none`")
-        );
-    }
     let overrides = options.changes.overrides(options.mode.map(Mode::from), options.duration);
     let scenario = source::load(&options.scenario, &overrides)?;
     if !scenario.warnings.is_empty() {

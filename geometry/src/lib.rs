@@ -11,5 +11,5 @@ pub mod spline;
 pub use angle::{heading, towards, wrap};
 pub use arm::{ArmGeometry, ArmState, Elbow};
 pub use half_planes::HalfPlane;
-pub use shapes::{Capsule, Polygon, segment_distance, segments_cross, swept_distance};
+pub use shapes::{Capsule, Polygon, between_segments, segment_distance, segments_cross, swept_distance};
 pub use smoothness::Smoothness;

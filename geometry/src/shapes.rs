@@ -95,6 +95,18 @@ pub fn segment_distance(a0: Point2<f64>, a1: Point2<f64>, b0: Point2<f64>, b1: P
     a.distance(b0).min(a.distance(b1)).min(b.distance(a0)).min(b.distance(a1))
 }
 
+/// The way from one segment to another where they are nearest, m; zero where they cross. If the two change places, it is the
+/// opposite to the last bit, unless two ways are equally short.
+#[inline]
+pub fn between_segments(a0: Point2<f64>, a1: Point2<f64>, b0: Point2<f64>, b1: Point2<f64>) -> Vector2<f64> {
+    if segments_cross(a0, a1, b0, b1) {
+        return Vector2::zeros();
+    }
+    let (a, b) = (Capsule::segment(a0, a1), Capsule::segment(b0, b1));
+    let ways = [b.nearest_core(a0) - a0, b.nearest_core(a1) - a1, b0 - a.nearest_core(b0), b1 - a.nearest_core(b1)];
+    ways.into_iter().min_by(|p, q| p.norm_squared().total_cmp(&q.norm_squared())).expect("there are four")
+}
+
 /// Whether two segments cross at a point inside both.
 #[inline]
 pub fn segments_cross(a0: Point2<f64>, a1: Point2<f64>, b0: Point2<f64>, b1: Point2<f64>) -> bool {

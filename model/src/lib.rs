@@ -28,7 +28,7 @@ pub use event::{Event, EventKind, EventName, Partner, Silence, Touch};
 pub use ids::{RobotIndex, RobotInstance};
 pub use measure::{Cause, Metric, PerCause, PerMetric};
 pub use motion::Mover;
-pub use outcome::{Gone, Outcome, RobotOutcome, Stall};
+pub use outcome::{FilterCount, Gone, Outcome, RobotOutcome, Stall};
 pub use params::{ParamValue, ParamValues};
 pub use plan::PlanState;
 pub use problem::Problem;

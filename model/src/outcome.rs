@@ -22,10 +22,23 @@ pub struct Outcome {
     pub min_clearance_m: Option<f64>,
     /// Smallest swept clearance between a robot and an obstacle, m; `None` without obstacles.
     pub min_obstacle_clearance_m: Option<f64>,
+    /// What filters did to the commands of robots that have one.
+    pub filter: FilterCount,
     /// The log.
     pub events: Vec<Event>,
     /// Events that did not fit the log.
     pub events_lost: u64,
+}
+
+/// What filters did to commands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FilterCount {
+    /// Commands of robots with a filter.
+    pub commands: u64,
+    /// How many of them were changed.
+    pub changed: u64,
+    /// By how much in all, in greatest speeds of their robots.
+    pub change: f64,
 }
 
 /// What became of one robot.

@@ -8,7 +8,7 @@ use crate::choice;
 use crate::params::ParamValues;
 use crate::problem::Problem;
 use crate::radio::Radio;
-use crate::timeline::TimelineEvent;
+use crate::timeline::{Fault, TimelineAction, TimelineEvent};
 use geometry::{ArmGeometry, ArmState, Capsule};
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -62,6 +62,19 @@ impl Scenario {
     /// defaults do not fit this kind.
     pub fn template_of(&self, kind: BodyKind) -> Option<&Robot> {
         [&self.template].into_iter().chain(&self.templates_of_others).find(|robot| robot.kind == kind)
+    }
+
+    /// Whether a command may act longer than its tick, or a word may not be heard a tick later: in `realtime`, and with a radio that
+    /// is not perfect at all times.
+    pub fn is_loose(&self) -> bool {
+        let disturbs = |event: &TimelineEvent| match event.what {
+            TimelineAction::Radio { radio, .. } => radio != Radio::PERFECT,
+            TimelineAction::Fault { fault, .. } => {
+                matches!(fault, Fault::Delay { .. } | Fault::Drop { .. } | Fault::Noise { .. })
+            }
+            _ => false,
+        };
+        self.clock.mode == Mode::Realtime || self.radio != Radio::PERFECT || self.events.iter().any(disturbs)
     }
 
     /// How many pieces there are besides one per robot: those of the obstacles, and the second link of every arm.
@@ -148,6 +161,18 @@ pub struct Fleet {
     /// A robot that takes part and stays where it is for this long does not get to the task of an operator that it heads
     /// for, s.
     pub stuck_limit_s: f64,
+}
+
+choice! {
+    /// What stands between the method of a robot and its body.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum FilterKind {
+        /// Nothing: the body does what the method plans.
+        None = "none",
+        /// Robots keep to their shares of the gaps between them, and touch nobody.
+        SharedGap = "shared-gap",
+    }
 }
 
 choice! {
@@ -404,6 +429,8 @@ pub struct Robot {
     pub planner: String,
     /// The method's parameters that differ from the default.
     pub params: ParamValues,
+    /// What stands between its method and its body.
+    pub filter: FilterKind,
     /// How far its sensors see, from its centre (the tip of an arm) to the surface of what is seen, m.
     pub sensor_range_m: f64,
     /// How far its radio hears, centre to centre (the tip of an arm), m.

@@ -44,6 +44,7 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry::FULL,
     params: Params::specs,
     speed_mps: any_speed,
+    wants_filter: false,
     build,
 };
 

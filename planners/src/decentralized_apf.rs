@@ -61,6 +61,7 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps,
+    wants_filter: false,
     build,
 };
 

@@ -11,9 +11,9 @@
 //! 3. **Right of way** (`has_way`): who has arrived gives way; of two that go the same way the one that is nearer to its
 //!    goal goes first; of two that hinder each other and are stuck the one with the longer way goes first. Who gives way takes
 //!    the whole evasion, from the other one's wish; who has way takes none.
-//! 4. **Velocity.** The nearest to the turned wish within hard and soft half-planes. Hard: the part of each gap that is this
-//!    robot's own ([`gap`]), and all of the gap to what stands. Soft: those of ORCA
-//!    ([`orca`](crate::orca)) for a short horizon; where not all can hold they give way evenly.
+//! 4. **Velocity.** The nearest to the turned wish within hard and soft half-planes. Hard: what the filter behind it allows, that is
+//!    this robot's own part of each gap ([`filter`](crate::filter)). Soft: those of ORCA ([`orca`](crate::orca)) for a short
+//!    horizon; where not all can hold they give way evenly.
 //! 5. **Last resort.** Without progress for a long time: aside for a short time, in a direction that the robot draws.
 //!
 //! All lengths are in radii of the robot and all times in radius by greatest speed, so that robots of any size do the same.
@@ -26,12 +26,8 @@
 //!
 //! A robot that tells no intent is taken to go on as it goes, and shares every evasion.
 //!
-//! A body with a limited acceleration keeps what it needs to stop before walls, robots and its goal.
-//!
-//! Known limits: without a map it knows only what it senses. Unicycles and diff-drives follow the velocity as well as they can
-//! turn, and what they use of a gap may be more than their share: they may touch. So may all where messages are lost or late.
+//! Known limits: without a map it knows only what it senses. Without the filter nothing keeps robots from touching each other.
 
-use crate::gap::{self, Side};
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::orca::{Mover, robot_plane};
 use crate::params::ParamError;
@@ -55,6 +51,7 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps: any_speed,
+    wants_filter: true,
     build,
 };
 
@@ -66,7 +63,7 @@ crate::params! {
         /// Greatest common turn to the right while nothing is lost by it. Larger: wider roundabouts.
         turn_max_deg: f64 = 45.0, "", 0.0..=90.0;
         /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
-        heading_gain: f64 = 3.0, "1/s", 0.0..=100.0;
+        heading_gain: f64 = 12.0, "1/s", 0.0..=100.0;
     }
 }
 
@@ -120,8 +117,6 @@ struct Other {
     radius_m: f64,
     /// It says what it is about.
     tells: bool,
-    /// It has said so in the tick before, and its command: it computes the same shares of the gap.
-    shares: bool,
     said: Said,
 }
 
@@ -190,11 +185,13 @@ impl Planner for Lanes {
         let best = nearest_relaxed(&self.planes, hard, speed, wanted, &mut self.room);
         let velocity = best * kept_share(&self.planes[..hard], best);
 
+        // A point goes where it is told; what turns has to be watched.
+        let went = if input.kind == BodyKind::Point { velocity } else { input.velocity };
         let share = (input.dt_s / (LATELY * unit_s)).min(1.0);
         let wishes = wish.norm();
         if wishes > SLOW * speed {
-            self.slow += share * ((1.0 - velocity.norm() / wishes).max(0.0) - self.slow);
-            self.lag += share * (1.0 - velocity.dot(&wish) / (wishes * speed.min(wishes)) - self.lag);
+            self.slow += share * ((1.0 - went.norm() / wishes).max(0.0) - self.slow);
+            self.lag += share * (1.0 - went.dot(&wish) / (wishes * speed.min(wishes)) - self.lag);
         } else {
             (self.slow, self.lag) = (0.0, 0.0);
         }
@@ -203,7 +200,10 @@ impl Planner for Lanes {
         (self.said, self.was) = (Some(said), (input.position, input.tick));
         let drive = match input.kind {
             BodyKind::Point => Drive::Velocity(velocity),
-            BodyKind::Unicycle | BodyKind::DiffDrive => steer_to_goal(velocity, self.params.heading_gain, input),
+            BodyKind::Unicycle | BodyKind::DiffDrive => {
+                // No faster than it is there within a tick.
+                steer_to_goal(velocity, self.params.heading_gain.min(1.0 / input.dt_s), input)
+            }
             BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
         Plan { attractive: wish, repulsive: velocity - wish, state, intent: Some(intent), ..Plan::only(drive) }
@@ -378,7 +378,9 @@ impl Lanes {
 
     /// An angle to go aside by, rad: without progress for a long time.
     fn aside(&mut self, input: &PlanInput<'_>, left_m: f64, unit_s: f64) -> f64 {
-        let ticks = |units: f64| (units * unit_s / input.dt_s).ceil() as u64;
+        // Who has to turn first needs more of it.
+        let turns_s = if input.kind == BodyKind::Point { 0.0 } else { PI / input.limits.turn_radps_max };
+        let ticks = |units: f64| ((units * unit_s + turns_s) / input.dt_s).ceil() as u64;
         if left_m < self.best.0 - PROGRESS * input.radius_m || self.has_arrived {
             self.best = (left_m, input.tick);
         }
@@ -401,38 +403,23 @@ impl Lanes {
     fn draw(&mut self, input: &PlanInput<'_>, unit_s: f64) -> usize {
         let (speed, dt_s) = (input.limits.speed_mps_max, input.dt_s);
         self.planes.clear();
-        for wall in &self.walls {
-            let Some(toward) = wall.offset.try_normalize(0.0) else { continue };
-            let free_m = (wall.gap_m + wall.velocity.dot(&toward) * dt_s).max(0.0);
-            let most = (free_m / dt_s).min(stoppable_speed(free_m, &input.limits));
-            if most < speed {
-                self.planes.push(HalfPlane::below(toward, most));
+        self.planes.extend(input.allowed);
+        if input.allowed.is_empty() {
+            for wall in &self.walls {
+                let Some(toward) = wall.offset.try_normalize(0.0) else { continue };
+                let free_m = (wall.gap_m + wall.velocity.dot(&toward) * dt_s).max(0.0);
+                let most = (free_m / dt_s).min(stoppable_speed(free_m, &input.limits));
+                if most < speed {
+                    self.planes.push(HalfPlane::below(toward, most));
+                }
             }
         }
-        // Twice the way on which it stops, and as much for the other one.
-        let brakes_m = if input.limits.accel_mps2_max.is_finite() {
-            4.0 * speed * speed / input.limits.accel_mps2_max
-        } else {
-            0.0
-        };
         let me = self.said.unwrap_or(Said {
             id: self.robot,
             arrived: input.arrived,
             command: input.velocity,
             intent: Intent { wish: input.velocity, left_m: 0.0, way_m: 0.0, corner: None, slow: 0.0, lag: 0.0 },
         });
-        let mine = Side { at: input.position, radius_m: input.radius_m, command: Some(me.command) };
-        for other in &self.others {
-            let command = (other.shares && self.said.is_some()).then_some(other.said.command);
-            let theirs = Side { at: other.at, radius_m: other.radius_m, command };
-            let reach_m = (speed + other.said.command.norm().max(speed)) * dt_s;
-            let share = gap::own_share(&mine, &theirs, dt_s, reach_m.max(brakes_m));
-            self.planes.extend(share.map(|plane| {
-                let free_m = -plane.excess(Vector2::zeros()) * dt_s;
-                let less = (free_m / dt_s - stoppable_speed(free_m, &input.limits)).max(0.0);
-                plane.relaxed(-less)
-            }));
-        }
         let hard = self.planes.len();
         let own = Mover { position: input.position, velocity: me.command, radius_m: input.radius_m };
         for other in &self.others {
@@ -450,6 +437,15 @@ impl Lanes {
             let gap_m = (other.at - input.position).norm() - input.radius_m - other.radius_m;
             if gap_m < (2.0 * speed + velocity.norm()) * horizon_s {
                 self.planes.push(robot_plane(&own, &it, horizon_s, dt_s, share));
+            }
+        }
+        // What moves and keeps no rules is evaded by this robot alone.
+        for wall in self.walls.iter().filter(|wall| wall.velocity != Vector2::zeros()) {
+            let horizon_s = (HORIZON_HINDERED * unit_s).max(dt_s);
+            let radius_m = wall.offset.norm() - wall.gap_m - input.radius_m;
+            let it = Mover { position: input.position + wall.offset, velocity: wall.velocity, radius_m };
+            if wall.gap_m < (speed + wall.velocity.norm()) * horizon_s {
+                self.planes.push(robot_plane(&own, &it, horizon_s, dt_s, 1.0));
             }
         }
         hard
@@ -499,7 +495,7 @@ fn kept_share(planes: &[HalfPlane], velocity: Vector2<f64>) -> f64 {
 
 /// A neighbour, from what it said last.
 fn other(neighbor: &Neighbor, dt_s: f64) -> Other {
-    let (at, command, is_its_word) = neighbor.now(dt_s);
+    let (at, command, _) = neighbor.now(dt_s);
     let going = Intent {
         wish: command,
         left_m: neighbor.remaining_m,
@@ -512,7 +508,6 @@ fn other(neighbor: &Neighbor, dt_s: f64) -> Other {
         at,
         radius_m: neighbor.radius_m,
         tells: neighbor.intent.is_some(),
-        shares: neighbor.intent.is_some() && is_its_word,
         said: Said { id: neighbor.id, arrived: neighbor.arrived, command, intent: neighbor.intent.unwrap_or(going) },
     }
 }

@@ -10,7 +10,7 @@ pub mod apf;
 pub mod chassis;
 pub mod dapf;
 pub mod decentralized_apf;
-pub mod gap;
+pub mod filter;
 pub mod lanes;
 pub mod liquid;
 pub mod method;

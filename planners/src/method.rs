@@ -25,6 +25,8 @@ pub struct Method {
     /// The greatest speed that it asks of a body with these parameters and this length of a tick (s), m/s: infinite if it
     /// uses what the body has. Its defaults do.
     pub speed_mps: fn(&ParamValues, f64) -> f64,
+    /// It counts on the [filter](crate::filter) behind it: robots get one unless their scenario says otherwise.
+    pub wants_filter: bool,
     /// Builds it for one robot.
     pub build: Build,
 }

@@ -1,6 +1,6 @@
 //! What a method is given and what it answers.
 
-use geometry::{ArmState, Capsule};
+use geometry::{ArmState, Capsule, HalfPlane};
 use model::{BodyKind, Drive, Limits, PlanState, Wheels};
 use nalgebra::{Point2, Vector2};
 
@@ -46,6 +46,9 @@ pub struct PlanInput<'a> {
     pub arm: Option<ArmState>,
     /// Own wheels, if the body has them (`BodyKind::DiffDrive`): such a body also understands [`Drive::Wheels`].
     pub wheels: Option<Wheels>,
+    /// The velocities that the [filter](crate::filter) behind the method allows; empty without one. A method need not look at them,
+    /// but what it plans outside them is changed. Standing still is always allowed.
+    pub allowed: &'a [HalfPlane],
 }
 
 /// A piece of an obstacle: a disc, a wall, or an edge of a polygon.

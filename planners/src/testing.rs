@@ -36,5 +36,6 @@ pub(crate) fn input() -> PlanInput<'static> {
         map: &[],
         arm: None,
         wheels: None,
+        allowed: &[],
     }
 }

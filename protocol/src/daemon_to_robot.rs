@@ -16,6 +16,8 @@ pub struct AgentSpec {
     pub physics: Physics,
     /// A command acts for this long after the odometry that it was computed from, s; from older odometry there is none.
     pub command_timeout_s: f64,
+    /// Whether nobody can be sure when a command acts and a word is heard: robots with a filter then talk about borders.
+    pub is_loose: bool,
     /// How many pieces there are besides one per robot.
     pub shape_pieces: u32,
     /// How many robots the fleet can hold.
@@ -41,6 +43,7 @@ impl AgentSpec {
             clock: scenario.clock,
             physics: scenario.physics,
             command_timeout_s: scenario.fleet.command_timeout_s,
+            is_loose: scenario.is_loose(),
             shape_pieces: scenario.shape_pieces(),
             max_robots: scenario.fleet.max_robots as u32,
             foreseen: Vec::new(),

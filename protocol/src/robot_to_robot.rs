@@ -1,4 +1,5 @@
-//! What a robot tells every robot that hears it: its own pose, where it will be a tick later, and what it intends.
+//! What a robot tells every robot that hears it: its own pose, where it will be a tick later, what it promises and what it intends;
+//! and, if nobody can be sure what is heard, where the borders between it and others are.
 //!
 //! Intentions are up to its method. Who does not tell any is known by its pose and its command alone.
 
@@ -7,7 +8,7 @@ use iceoryx2::prelude::ZeroCopySend;
 /// A robot's own account of itself at one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.SharedPose.v3")]
+#[type_name("shoal.SharedPose.v4")]
 pub struct SharedPose {
     /// The tick that it describes.
     pub tick: u64,
@@ -33,12 +34,20 @@ pub struct SharedPose {
     pub next_x_m: f64,
     /// m.
     pub next_y_m: f64,
+    /// The far end of everywhere that it may get to, braking after its command, with [`SharedPose::FLAG_PROMISE`], m.
+    pub far_x_m: f64,
+    /// m.
+    pub far_y_m: f64,
+    /// How far it may be beside the line to there, m.
+    pub spare_m: f32,
+    /// The greatest way on which it comes to rest, m.
+    pub brake_m: f32,
     /// What it intends, with [`SharedPose::FLAG_INTENT`].
     pub intent: SharedIntent,
     /// See the `FLAG_*` constants.
     pub flags: u32,
-    /// Keeps the layout explicit.
-    pub reserved: u32,
+    /// Its greatest speed, m/s.
+    pub speed_mps_max: f32,
 }
 
 /// What a robot intends, as its method says.
@@ -77,6 +86,8 @@ impl SharedPose {
     pub const FLAG_INTENT: u32 = 16;
     /// Its way has a corner before the goal.
     pub const FLAG_CORNER: u32 = 32;
+    /// It has a filter, and promises where it stays.
+    pub const FLAG_PROMISE: u32 = 64;
 
     /// Whether a flag is set.
     pub fn has(&self, flag: u32) -> bool {
@@ -84,11 +95,69 @@ impl SharedPose {
     }
 }
 
+/// What a robot tells another one about the border between the two.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.SharedBorder.v1")]
+pub struct SharedBorder {
+    /// Which offer, or the number of the one that is accepted: the tick in which it was made.
+    pub number: u64,
+    /// The direction from the one that offers to the other one, of length 1.
+    pub normal_x: f64,
+    /// Its other part.
+    pub normal_y: f64,
+    /// Where the border is in that direction, m.
+    pub offset_m: f64,
+    /// To whom this is said: its slot.
+    pub robot: u32,
+    /// And its life.
+    pub incarnation: u32,
+    /// Which form, see the `FORM_*` constants.
+    pub form: u32,
+    /// Keeps the layout explicit.
+    pub reserved: u32,
+}
+
+impl SharedBorder {
+    /// Nothing.
+    pub const FORM_NONE: u32 = 0;
+    /// A border is offered.
+    pub const FORM_LINE: u32 = 1;
+    /// It is offered to have none.
+    pub const FORM_APART: u32 = 2;
+    /// An offer is accepted.
+    pub const FORM_ACCEPTED: u32 = 3;
+}
+
+/// All that a robot says about borders in a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shoal.SharedBorders.v1")]
+pub struct SharedBorders {
+    /// The tick of the pose that it belongs to.
+    pub tick: u64,
+    /// The first ones are to the nearest robots; the rest is empty.
+    pub borders: [SharedBorder; SharedBorders::MAX],
+}
+
+impl SharedBorders {
+    /// To how many robots one can talk in a tick.
+    pub const MAX: usize = 16;
+
+    /// What is said to this robot; a form of nothing if nothing is.
+    pub fn to(&self, robot: u32, incarnation: u32) -> SharedBorder {
+        let said = self.borders.iter().find(|border| {
+            border.form != SharedBorder::FORM_NONE && border.robot == robot && border.incarnation == incarnation
+        });
+        said.copied().unwrap_or_default()
+    }
+}
+
 /// The last two poses, or the newest alone. In `lockstep` a neighbour may or may not have spoken in this tick already; with
 /// two poses the one of the tick before is always there, whoever ran first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.PosePair.v3")]
+#[type_name("shoal.PosePair.v4")]
 pub struct PosePair {
     /// The newest pose.
     pub newest: SharedPose,

@@ -6,7 +6,7 @@ use model::{Drive, PlanState};
 /// The command of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.Command.v3")]
+#[type_name("shoal.Command.v4")]
 pub struct Command {
     /// The tick of the odometry that it was computed from.
     pub tick: u64,
@@ -24,7 +24,11 @@ pub struct Command {
     pub second: f64,
     /// Whether its method has a plan, see the `PLAN_*` constants.
     pub plan: u32,
-    /// Nothing.
+    /// It acts for this many ticks at most, from its own on, if no newer one comes; zero: as long as the fleet lets commands act.
+    pub hold_ticks: u32,
+    /// How much of the greatest speed the filter has changed it by; zero: it is what the method planned.
+    pub filtered: f32,
+    /// Keeps the layout explicit.
     pub reserved: u32,
 }
 

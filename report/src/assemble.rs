@@ -89,6 +89,8 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
     let ratios: Vec<f64> = arrived.iter().filter_map(|fate| fate.path_ratio).collect();
     let jerks: Vec<f64> = fates.iter().filter_map(|fate| fate.ldj).collect();
     let stalled = |stall| fates.iter().filter(|fate| fate.stall == Some(stall)).count();
+    let filter = facts.outcome.filter;
+    let share = |part: f64, whole: u64| (whole > 0).then(|| part / whole as f64);
     let report = OutcomeReport {
         arrived: arrived.len(),
         arrived_all,
@@ -107,7 +109,8 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
         livelocked: stalled(Stall::Livelocked),
         oscillating: stalled(Stall::Oscillating),
         ldj_mean: mean(&jerks),
-        filter_interventions: None,
+        filter_interventions: share(filter.changed as f64, filter.commands),
+        filter_change_mean: share(filter.change, filter.changed),
     };
     (fates, report)
 }

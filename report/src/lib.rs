@@ -332,6 +332,9 @@ pub struct OutcomeReport {
     pub ldj_mean: Option<f64>,
     /// Share of robot-ticks in which the safety filter changed the command; null without a filter.
     pub filter_interventions: Option<f64>,
+    /// By how much it changed those, as a share of the greatest speed, mean; null if it changed none.
+    #[serde(default)]
+    pub filter_change_mean: Option<f64>,
 }
 
 /// How one robot did.

@@ -38,6 +38,7 @@ fn robot(slot: usize) -> Robot {
         goal_tolerance_m: 0.1,
         planner: "apf".into(),
         params: ParamValues::new(),
+        filter: model::FilterKind::None,
         sensor_range_m: 3.0,
         radio_range_m: 5.0,
         radio_hysteresis_m: 0.5,

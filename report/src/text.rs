@@ -209,6 +209,12 @@ fn outcome(page: &mut Page, report: &Report) {
     if !clearances.is_empty() {
         page.row("least clearance", &clearances.join(", "));
     }
+    if let Some(share) = outcome.filter_interventions {
+        let by = outcome.filter_change_mean.map_or_else(String::new, |mean| {
+            format!(", by {} % of the greatest speed on average", fixed(100.0 * mean, 1))
+        });
+        page.row("filter", &format!("changed {} % of the commands{by}", fixed(100.0 * share, 1)));
+    }
     if let Some(ldj) = outcome.ldj_mean {
         page.row("smoothness", &format!("{} (LDJ, 0 is best)", fixed(ldj, 2)));
     }

@@ -33,5 +33,6 @@ pub fn at_origin(goal: Point2<f64>, obstacles: &[Obstacle]) -> PlanInput<'_> {
         map: obstacles,
         arm: None,
         wheels: None,
+        allowed: &[],
     }
 }

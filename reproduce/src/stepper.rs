@@ -362,6 +362,7 @@ impl<P: Planner> Stepper<P> {
             map: &self.seen,
             arm: arm_of(robot, &body),
             wheels: robot.wheels,
+            allowed: &[],
         }))
     }
 

@@ -3,11 +3,13 @@
 use crate::radio::Receiver;
 use geometry::ArmState;
 use model::kinematics::Pose;
-use model::{BodyKind, Drive, Physics, PlanState, Radio, RobotInstance};
+use model::{BodyKind, Drive, FilterKind, Mode, Physics, PlanState, Radio, RobotInstance};
 use nalgebra::{Point2, Vector2};
+use planners::filter::border::{Rule, Word};
+use planners::filter::{Body, Filter, Timing, Told, rounded_up};
 use planners::{Chassis, Identity, Intent, Neighbor, Obstacle, ParamError, PlanInput, Planner};
 use protocol::daemon_to_robot::{AgentSpec, MapPiece};
-use protocol::robot_to_robot::{SharedIntent, SharedPose};
+use protocol::robot_to_robot::{SharedBorder, SharedBorders, SharedIntent, SharedPose};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
 
@@ -17,6 +19,9 @@ pub use crate::radio::Time;
 /// up to one period.
 const FRESH_TICKS: f64 = 1.5;
 
+/// In `realtime`, a command of a robot with a filter acts for this many ticks at most: if its agent is late by more, it stands.
+const HOLD_TICKS: u32 = 2;
+
 /// Everything an agent learned for this tick.
 pub struct AgentInputs<'a> {
     /// Where it is and where to go.
@@ -24,6 +29,8 @@ pub struct AgentInputs<'a> {
     /// Whom it hears and the pose that counts of each, sorted by slot: the newest of a tick before this one, or in
     /// `realtime` the newest.
     pub heard: &'a [(NeighborRef, SharedPose)],
+    /// What each of them says to this robot about the border between the two; empty where nobody does.
+    pub borders: &'a [SharedBorder],
     /// What the radio does at this tick to what it hears.
     pub radio: Radio,
     /// What it sees, sorted by piece index.
@@ -39,6 +46,10 @@ pub struct AgentOutputs {
     pub drive: Drive,
     /// Whether its method has a plan.
     pub plan: PlanState,
+    /// How much of the greatest speed its filter changed it by.
+    pub filtered: f64,
+    /// For how many ticks it may act; zero: as long as the fleet lets commands act.
+    pub hold_ticks: u32,
 }
 
 impl AgentOutputs {
@@ -49,6 +60,8 @@ impl AgentOutputs {
             stamp_ns,
             odometry_stamp_ns: odometry.stamp_ns,
             incarnation: odometry.incarnation,
+            hold_ticks: self.hold_ticks,
+            filtered: self.filtered as f32,
             ..Command::default()
         };
         command.set_drive(self.drive);
@@ -112,9 +125,13 @@ pub struct Agent {
     spec: AgentSpec,
     planner: Box<dyn Planner>,
     chassis: Chassis,
+    filter: Option<Filter>,
     receiver: Receiver,
     neighbors: Vec<Neighbor>,
+    told: Vec<Told>,
     obstacles: Vec<Obstacle>,
+    /// Of the obstacles, the bodies of robots.
+    bodies: Vec<Obstacle>,
     map: Vec<Obstacle>,
 }
 
@@ -132,13 +149,17 @@ impl Agent {
     pub fn with_planner(spec: AgentSpec, planner: Box<dyn Planner>) -> Agent {
         let receiver = Receiver::new(spec.clock.seed, spec.instance);
         let map = spec.map.iter().map(on_map).collect();
+        let filter = filter_of(&spec);
         Agent {
             spec,
             planner,
             chassis: Chassis::default(),
+            filter,
             receiver,
             neighbors: Vec::new(),
+            told: Vec::new(),
             obstacles: Vec::new(),
+            bodies: Vec::new(),
             map,
         }
     }
@@ -158,7 +179,7 @@ impl Agent {
     pub fn step(&mut self, inputs: &AgentInputs<'_>, pose: &mut SharedPose) -> AgentOutputs {
         let odometry = inputs.odometry;
         let dt_s = self.spec.clock.dt_s();
-        self.receiver.receive(odometry.tick, inputs.time, inputs.radio, inputs.heard);
+        self.receiver.receive(odometry.tick, inputs.time, inputs.radio, inputs.heard, inputs.borders);
         self.neighbors.clear();
         self.neighbors.extend(self.receiver.neighbors(odometry.tick, dt_s, inputs.time));
         self.see(inputs.pieces);
@@ -169,6 +190,20 @@ impl Agent {
         let goal = Point2::new(odometry.goal_x_m, odometry.goal_y_m);
         let arrived = odometry.has(Odometry::FLAG_ARRIVED);
         let joints_rad = odometry.joints_rad;
+        let body = self.body(odometry);
+        let allowed = match &mut self.filter {
+            None => &[],
+            Some(filter) => {
+                let seen = |robot: u32| {
+                    let piece = inputs.pieces.iter().find(|piece| piece.robot().is_some_and(|seen| seen.0 == robot))?;
+                    let velocity = Vector2::new(piece.vx_mps, piece.vy_mps);
+                    Some((Point2::new(piece.ax_m, piece.ay_m), velocity, piece.radius_m))
+                };
+                self.told.clear();
+                self.told.extend(self.receiver.told(odometry.tick, seen, robot.limits.speed_mps_max));
+                filter.draw(odometry.tick, &body, &self.told, &self.obstacles, &self.bodies)
+            }
+        };
         let arm = robot.arm.map(|setup| ArmState { geometry: setup.geometry, joints_rad });
         let plan = self.chassis.plan(
             &mut *self.planner,
@@ -192,6 +227,7 @@ impl Agent {
                 map: &self.map,
                 arm,
                 wheels: robot.wheels,
+                allowed,
             },
         );
         let drive = match (plan.drive, arm, robot.wheels) {
@@ -203,7 +239,15 @@ impl Agent {
             (drive, ..) => drive.within(&robot.limits),
         };
 
-        let next = self.foresee(odometry, drive);
+        let wanted = drive;
+        let drive = self.filter.as_mut().map_or(wanted, |filter| filter.keep(odometry.tick, &body, wanted));
+        let filtered = self.filter.as_ref().map_or(0.0, |filter| filter.change(wanted, drive));
+        let next = self.foresee(&body, drive);
+        let promise = match (&mut self.filter, &next) {
+            (Some(filter), Some(next)) => Some(filter.promise(odometry.tick, &body, next)),
+            _ => None,
+        };
+        let next = next.map(|next| next.position);
         let mut flags = SharedPose::FLAG_SPOKEN;
         if arrived {
             flags |= SharedPose::FLAG_ARRIVED;
@@ -213,6 +257,9 @@ impl Agent {
         }
         if next.is_some() {
             flags |= SharedPose::FLAG_NEXT;
+        }
+        if promise.is_some() {
+            flags |= SharedPose::FLAG_PROMISE;
         }
         if let Some(intent) = plan.intent {
             flags |= SharedPose::FLAG_INTENT;
@@ -234,34 +281,63 @@ impl Agent {
             remaining_m: if arrived { 0.0 } else { (goal - position).norm() },
             next_x_m: next.x,
             next_y_m: next.y,
+            far_x_m: promise.map_or(0.0, |promise| promise.far.x),
+            far_y_m: promise.map_or(0.0, |promise| promise.far.y),
+            spare_m: promise.map_or(0.0, |promise| promise.spare_m),
+            brake_m: rounded_up(body_of(&self.spec).brake_m()),
             intent: plan.intent.map(shared).unwrap_or_default(),
             flags,
-            reserved: 0,
+            speed_mps_max: rounded_up(self.spec.robot.limits.speed_mps_max),
         };
-        AgentOutputs { drive, plan: plan.state }
+        let hold_ticks = match (&self.filter, self.spec.clock.mode) {
+            (Some(filter), Mode::Realtime) => filter.hold_ticks(),
+            _ => 0,
+        };
+        AgentOutputs { drive, plan: plan.state, filtered, hold_ticks }
     }
 
-    /// Where the body is at the next tick if the world gets this drive in time; nothing of a body that has weight, or that
-    /// does not drive about.
-    fn foresee(&self, odometry: &Odometry, drive: Drive) -> Option<Point2<f64>> {
-        let robot = &self.spec.robot;
-        if self.spec.physics != Physics::Kinematic || !BodyKind::MOBILE.contains(&robot.kind) {
-            return None;
+    /// Makes `borders` what it says to others about borders after a step, every field of it.
+    pub fn tell_borders(&mut self, tick: u64, borders: &mut SharedBorders) {
+        *borders = SharedBorders { tick, ..SharedBorders::default() };
+        let Some(filter) = &mut self.filter else { return };
+        for (place, (robot, incarnation, word)) in borders.borders.iter_mut().zip(filter.words()) {
+            *place = shared_border(robot, incarnation, word);
         }
+    }
+
+    /// Whether it talks to others about borders.
+    pub fn has_borders(&self) -> bool {
+        self.filter.is_some() && self.spec.is_loose
+    }
+
+    /// The body as it is now.
+    fn body(&self, odometry: &Odometry) -> Pose {
+        let robot = &self.spec.robot;
         let mut pose = Pose::resting(Point2::new(odometry.x_m, odometry.y_m), odometry.yaw_rad);
         pose.velocity = Vector2::new(odometry.vx_mps, odometry.vy_mps);
         if BodyKind::ROLLING.contains(&robot.kind) {
             let (sin, cos) = odometry.yaw_rad.sin_cos();
             (pose.speed_mps, pose.turn_radps) = (pose.velocity.dot(&Vector2::new(cos, sin)), odometry.turn_radps);
         }
+        if let Some(wheels) = robot.wheels {
+            pose.wheel_radps = wheels.rates_of(pose.speed_mps, pose.turn_radps);
+        }
+        pose
+    }
+
+    /// The body at the next tick if the world gets this drive in time; nothing of one that has weight, or that does not drive
+    /// about.
+    fn foresee(&self, body: &Pose, drive: Drive) -> Option<Pose> {
+        let robot = &self.spec.robot;
+        if self.spec.physics != Physics::Kinematic || !BodyKind::MOBILE.contains(&robot.kind) {
+            return None;
+        }
+        let mut pose = *body;
         match robot.wheels {
-            Some(wheels) => {
-                pose.wheel_radps = wheels.rates_of(pose.speed_mps, pose.turn_radps);
-                pose.advance_on(&wheels, drive, &robot.limits, self.spec.clock.dt_s());
-            }
+            Some(wheels) => pose.advance_on(&wheels, drive, &robot.limits, self.spec.clock.dt_s()),
             None => pose.advance(drive, &robot.limits, self.spec.clock.dt_s()),
         }
-        Some(pose.position)
+        Some(pose)
     }
 
     /// Sorts what is seen into obstacles and neighbours. A robot that was heard just now is known from its own word; one
@@ -269,12 +345,18 @@ impl Agent {
     fn see(&mut self, pieces: &[Piece]) {
         let fresh_s = FRESH_TICKS * self.spec.clock.dt_s();
         self.obstacles.clear();
+        self.bodies.clear();
         for piece in pieces {
             let place = piece
                 .robot()
                 .and_then(|robot| self.neighbors.binary_search_by_key(&robot.0, |neighbor| neighbor.id).ok());
             match place.map(|place| &mut self.neighbors[place]) {
-                None => self.obstacles.push(obstacle(piece)),
+                None => {
+                    self.obstacles.push(obstacle(piece));
+                    if piece.robot().is_some() {
+                        self.bodies.push(obstacle(piece));
+                    }
+                }
                 Some(neighbor) if neighbor.age_s <= fresh_s => {}
                 Some(neighbor) => {
                     neighbor.position = Point2::new(piece.ax_m, piece.ay_m);
@@ -301,6 +383,47 @@ pub fn planner_of(spec: &AgentSpec) -> Result<Box<dyn Planner>, AgentError> {
         planner: robot.planner.clone(),
         problem,
     })
+}
+
+/// The body of the robot, as its filter needs to know it.
+fn body_of(spec: &AgentSpec) -> Body {
+    Body {
+        robot: spec.instance.index.0,
+        kind: spec.robot.kind,
+        limits: spec.robot.limits,
+        wheels: spec.robot.wheels,
+        radius_m: spec.robot.radius_m,
+        dt_s: spec.clock.dt_s(),
+    }
+}
+
+/// The filter that a spec asks for.
+fn filter_of(spec: &AgentSpec) -> Option<Filter> {
+    let timing = match (spec.is_loose, spec.clock.mode) {
+        (false, _) => Timing::Exact,
+        (true, Mode::Realtime) => Timing::Loose { hold_ticks: HOLD_TICKS },
+        (true, _) => Timing::Loose { hold_ticks: 1 },
+    };
+    match spec.robot.filter {
+        FilterKind::None => None,
+        FilterKind::SharedGap => Some(Filter::new(body_of(spec), timing)),
+    }
+}
+
+fn shared_border(robot: u32, incarnation: u32, word: Word) -> SharedBorder {
+    let blank = SharedBorder { robot, incarnation, ..SharedBorder::default() };
+    match word {
+        Word::Offer { number, rule: Rule::Line { normal, offset_m } } => SharedBorder {
+            number,
+            normal_x: normal.x,
+            normal_y: normal.y,
+            offset_m,
+            form: SharedBorder::FORM_LINE,
+            ..blank
+        },
+        Word::Offer { number, rule: Rule::Apart } => SharedBorder { number, form: SharedBorder::FORM_APART, ..blank },
+        Word::Accept { number } => SharedBorder { number, form: SharedBorder::FORM_ACCEPTED, ..blank },
+    }
 }
 
 fn shared(intent: Intent) -> SharedIntent {

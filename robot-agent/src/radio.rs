@@ -10,8 +10,10 @@
 use model::random::Stream;
 use model::{Radio, RobotInstance};
 use nalgebra::{Point2, Vector2};
+use planners::filter::border::{Rule, Word};
+use planners::filter::{Promise, Told};
 use planners::{Intent, Neighbor};
-use protocol::robot_to_robot::SharedPose;
+use protocol::robot_to_robot::{SharedBorder, SharedPose};
 use protocol::world_to_robot::NeighborRef;
 
 /// How old a pose is, and which pose is the newest: by ticks, or by the stamps of the monotonic clock.
@@ -31,22 +33,24 @@ struct Track {
     who: NeighborRef,
     /// The pose in use.
     current: Option<SharedPose>,
+    /// What came with it about the border to this robot.
+    border: SharedBorder,
     /// Tick of the newest pose taken off the neighbour's board.
     taken: Option<u64>,
     /// Poses on their way, with the tick from which on they are heard.
-    in_flight: Vec<(u64, SharedPose)>,
+    in_flight: Vec<(u64, SharedPose, SharedBorder)>,
 }
 
 impl Track {
     /// Hears what is due. A delay that shrank lets a newer pose overtake; the newer one stays.
     fn land(&mut self, tick: u64) {
-        let current = &mut self.current;
-        self.in_flight.retain(|(due, pose)| {
+        let (current, held_border) = (&mut self.current, &mut self.border);
+        self.in_flight.retain(|(due, pose, border)| {
             if *due > tick {
                 return true;
             }
             if current.is_none_or(|held| pose.tick > held.tick) {
-                *current = Some(*pose);
+                (*current, *held_border) = (Some(*pose), *border);
             }
             false
         });
@@ -68,10 +72,19 @@ impl Receiver {
     }
 
     /// Takes in what the boards of the robots in range tell at this tick. `heard` is sorted by slot; a robot that is not
-    /// in it is out of range and forgotten. `radio` is what the radio is like at this tick.
-    pub fn receive(&mut self, tick: u64, time: Time, radio: Radio, heard: &[(NeighborRef, SharedPose)]) {
+    /// in it is out of range and forgotten. What each says about borders stands in `borders`, in the same order; there are none
+    /// where nobody does. `radio` is what the radio is like at this tick.
+    pub fn receive(
+        &mut self,
+        tick: u64,
+        time: Time,
+        radio: Radio,
+        heard: &[(NeighborRef, SharedPose)],
+        borders: &[SharedBorder],
+    ) {
         self.follow(heard);
-        for (track, (_, pose)) in self.tracks.iter_mut().zip(heard) {
+        for (place, (track, (_, pose))) in self.tracks.iter_mut().zip(heard).enumerate() {
+            let border = borders.get(place).copied().unwrap_or_default();
             let counts = pose.has(SharedPose::FLAG_SPOKEN) && (time != Time::Ticks || pose.tick < tick);
             if counts && track.taken.is_none_or(|taken| pose.tick > taken) {
                 track.taken = Some(pose.tick);
@@ -79,13 +92,17 @@ impl Receiver {
                     let mut pose = *pose;
                     if radio.noise_m > 0.0 {
                         let [x_m, y_m] = [(); 2].map(|()| radio.noise_m * self.errors.normal());
-                        (pose.x_m, pose.next_x_m) = (pose.x_m + x_m, pose.next_x_m + x_m);
-                        (pose.y_m, pose.next_y_m) = (pose.y_m + y_m, pose.next_y_m + y_m);
+                        for x in [&mut pose.x_m, &mut pose.next_x_m, &mut pose.far_x_m] {
+                            *x += x_m;
+                        }
+                        for y in [&mut pose.y_m, &mut pose.next_y_m, &mut pose.far_y_m] {
+                            *y += y_m;
+                        }
                     }
                     if radio.delay_ticks == 0 {
-                        track.current = Some(pose);
+                        (track.current, track.border) = (Some(pose), border);
                     } else {
-                        track.in_flight.push((tick + u64::from(radio.delay_ticks), pose));
+                        track.in_flight.push((tick + u64::from(radio.delay_ticks), pose, border));
                     }
                 }
             }
@@ -116,6 +133,52 @@ impl Receiver {
         })
     }
 
+    /// What the filter is told of everybody in range, sorted by slot. One that has not been heard yet is at `seen`, if it is seen;
+    /// its speed is taken to be `speed_mps_max`.
+    pub fn told<'a>(
+        &'a self,
+        tick: u64,
+        seen: impl Fn(u32) -> Option<(Point2<f64>, Vector2<f64>, f64)> + 'a,
+        speed_mps_max: f64,
+    ) -> impl Iterator<Item = Told> + 'a {
+        self.tracks.iter().filter_map(move |track| {
+            let seen = seen(track.who.index);
+            let Some(pose) = &track.current else {
+                let (at, velocity, radius_m) = seen?;
+                return Some(Told {
+                    robot: track.who.index,
+                    incarnation: track.who.incarnation,
+                    tick,
+                    at,
+                    next: None,
+                    seen: Some(at),
+                    velocity,
+                    radius_m,
+                    speed_mps_max: speed_mps_max.max(velocity.norm()),
+                    brake_m: 0.0,
+                    promise: None,
+                    word: None,
+                });
+            };
+            Some(Told {
+                robot: track.who.index,
+                incarnation: track.who.incarnation,
+                tick: pose.tick,
+                at: Point2::new(pose.x_m, pose.y_m),
+                next: pose.has(SharedPose::FLAG_NEXT).then(|| Point2::new(pose.next_x_m, pose.next_y_m)),
+                seen: seen.map(|(at, ..)| at),
+                velocity: seen.map_or(Vector2::new(pose.vx_mps, pose.vy_mps), |(_, velocity, _)| velocity),
+                radius_m: pose.radius_m,
+                speed_mps_max: f64::from(pose.speed_mps_max),
+                brake_m: f64::from(pose.brake_m),
+                promise: pose
+                    .has(SharedPose::FLAG_PROMISE)
+                    .then(|| Promise { far: Point2::new(pose.far_x_m, pose.far_y_m), spare_m: pose.spare_m }),
+                word: word(&track.border),
+            })
+        })
+    }
+
     /// The poses in use, sorted by slot.
     pub fn in_use(&self) -> impl Iterator<Item = (NeighborRef, &SharedPose)> + '_ {
         self.tracks.iter().filter_map(|track| track.current.as_ref().map(|pose| (track.who, pose)))
@@ -135,10 +198,25 @@ impl Receiver {
             self.tracks.push(kept.unwrap_or_else(|| Track {
                 who: *who,
                 current: None,
+                border: SharedBorder::default(),
                 taken: None,
                 in_flight: Vec::new(),
             }));
         }
+    }
+}
+
+/// What a robot said about its border to this one.
+fn word(border: &SharedBorder) -> Option<Word> {
+    let number = border.number;
+    match border.form {
+        SharedBorder::FORM_LINE => {
+            let normal = Vector2::new(border.normal_x, border.normal_y);
+            Some(Word::Offer { number, rule: Rule::Line { normal, offset_m: border.offset_m } })
+        }
+        SharedBorder::FORM_APART => Some(Word::Offer { number, rule: Rule::Apart }),
+        SharedBorder::FORM_ACCEPTED => Some(Word::Accept { number }),
+        _ => None,
     }
 }
 
@@ -186,7 +264,7 @@ mod tests {
             .map(|tick| {
                 let spoken = if ahead { tick } else { tick - 1 };
                 let counts = *pair_at(spoken).before(tick).expect("of two poses one is of an earlier tick");
-                receiver.receive(tick, Time::Ticks, radio_at(tick), &[(ONE, counts)]);
+                receiver.receive(tick, Time::Ticks, radio_at(tick), &[(ONE, counts)], &[]);
                 receiver.in_use().next().map(|(_, pose)| tick - pose.tick)
             })
             .collect()
@@ -201,7 +279,7 @@ mod tests {
     #[test]
     fn a_pose_of_this_tick_is_not_heard_yet() {
         let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 });
-        receiver.receive(4, Time::Ticks, Radio::PERFECT, &[(ONE, pose(4, 0.0))]);
+        receiver.receive(4, Time::Ticks, Radio::PERFECT, &[(ONE, pose(4, 0.0))], &[]);
         assert_eq!(receiver.in_use().count(), 0);
     }
 
@@ -227,12 +305,12 @@ mod tests {
     fn whoever_goes_out_of_range_is_forgotten_and_a_new_life_starts_afresh() {
         let mut receiver = Receiver::new(7, RobotInstance { index: RobotIndex(0), incarnation: 0 });
         let two = NeighborRef { index: 2, incarnation: 0 };
-        receiver.receive(5, Time::Ticks, Radio::PERFECT, &[(ONE, pose(4, 0.0)), (two, pose(4, 0.0))]);
+        receiver.receive(5, Time::Ticks, Radio::PERFECT, &[(ONE, pose(4, 0.0)), (two, pose(4, 0.0))], &[]);
         assert_eq!(receiver.in_use().count(), 2);
-        receiver.receive(6, Time::Ticks, Radio::PERFECT, &[(two, pose(5, 0.0))]);
+        receiver.receive(6, Time::Ticks, Radio::PERFECT, &[(two, pose(5, 0.0))], &[]);
         assert_eq!(receiver.in_use().map(|(who, _)| who.index).collect::<Vec<_>>(), [2]);
         let again = NeighborRef { index: 2, incarnation: 1 };
-        receiver.receive(7, Time::Ticks, Radio::PERFECT, &[(again, SharedPose::default())]);
+        receiver.receive(7, Time::Ticks, Radio::PERFECT, &[(again, SharedPose::default())], &[]);
         assert_eq!(receiver.in_use().count(), 0);
     }
 }

@@ -13,7 +13,7 @@ use model::{Metric, Mode, RobotIndex, RobotInstance};
 use planners::{Plan, PlanInput, Planner};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_robot::AgentSpec;
-use protocol::robot_to_robot::SharedPose;
+use protocol::robot_to_robot::{SharedBorder, SharedPose};
 use protocol::world_to_robot::{Impairment, NeighborRef, Odometry, Piece};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -140,7 +140,7 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut Adjust<'_>) -> Resul
         let sizes = Sizes { max_robots: spec.max_robots, shape_pieces: spec.shape_pieces };
         let poses = if spec.clock.mode == Mode::Realtime { Poses::Newest } else { Poses::LastTwo };
         let custody = left_running.then(|| Custody::of(&address));
-        Ports::open(&address, gate, args.instance, sizes, poses, custody)?
+        Ports::open(&address, gate, args.instance, sizes, poses, agent.has_borders(), custody)?
     };
     ports.prepare(&agent.spec().foreseen);
     ports.gate.announce_ready(args.instance);
@@ -316,7 +316,8 @@ fn step(
     ports.look();
     stopwatch.slow_us.store(ports.impairment.slow_us, Relaxed);
     let radio = ports.impairment.radio();
-    let inputs = AgentInputs { odometry, heard: &ports.heard, radio, pieces: &ports.pieces, time };
+    let (heard, borders, pieces) = (&ports.heard, &ports.borders, &ports.pieces);
+    let inputs = AgentInputs { odometry, heard, borders, radio, pieces, time };
     let (outputs, stamp_ns) = ports.robot.pose(|pose| {
         let mut outputs = agent.step(&inputs, pose);
         adjust(pose, &mut outputs);
@@ -324,6 +325,9 @@ fn step(
         pose.stamp_ns = stopwatch.done_ns.load(Relaxed);
         (outputs, pose.stamp_ns)
     });
+    if ports.has_borders {
+        ports.robot.borders(|borders| agent.tell_borders(odometry.tick, borders));
+    }
     ports.robot.command(|command| outputs.command(odometry, stamp_ns, command));
     ports.gate.note_heard(agent.spec().instance, ports.world.neighbors_version(), ports.heard.len());
     Ok(())
@@ -358,6 +362,9 @@ struct Ports {
     boards: Vec<(NeighborRef, RobotReader)>,
     /// The pose of each robot in range that counts at this tick.
     heard: Vec<(NeighborRef, SharedPose)>,
+    /// Whether this robot talks about borders, and what each of them says to it about theirs.
+    has_borders: bool,
+    borders: Vec<SharedBorder>,
     /// Indices of what is in sight, and the pieces themselves.
     in_sight: Vec<u16>,
     pieces: Vec<Piece>,
@@ -372,6 +379,7 @@ impl Ports {
         instance: RobotInstance,
         sizes: Sizes,
         poses: Poses,
+        has_borders: bool,
         custody: Option<Custody>,
     ) -> Result<Ports, BusError> {
         let node = Node::new(address, &format!("agent-{}-{}", instance.index, instance.incarnation))?;
@@ -382,7 +390,12 @@ impl Ports {
             world_incarnation,
             custody,
             instance,
-            robot: RobotWriter::create(&node, instance, sizes, poses)?,
+            robot: if has_borders {
+                RobotWriter::create_with_borders(&node, instance, sizes, poses)?
+            } else {
+                RobotWriter::create(&node, instance, sizes, poses)?
+            },
+            has_borders,
             stats: StatsWriter::create(
                 address,
                 &spec_file(instance),
@@ -394,6 +407,7 @@ impl Ports {
             impairment: Impairment::default(),
             boards: Vec::new(),
             heard: Vec::new(),
+            borders: Vec::new(),
             in_sight: Vec::new(),
             pieces: Vec::new(),
             node,
@@ -424,6 +438,7 @@ impl Ports {
     fn listen(&mut self, before: Option<u64>) -> Result<(), ShellError> {
         self.follow_list();
         self.heard.clear();
+        self.borders.clear();
         for place in 0..self.in_range.len() {
             let who = self.in_range[place];
             let known = match self.board_of(who) {
@@ -436,6 +451,9 @@ impl Ports {
                 Some(tick) => board.pose_before(tick),
                 None => board.pose(),
             };
+            if self.has_borders {
+                self.borders.push(board.border(self.instance, before));
+            }
             self.heard.push((who, pose));
         }
         Ok(())

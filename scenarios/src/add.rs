@@ -10,7 +10,7 @@ use crate::{arm, methods, robots, walk};
 use geometry::Capsule;
 use model::key::Named;
 use model::kind::{LARGE, Range};
-use model::{BodyKind, MAX_GOALS, ParamValues, Physics, Robot, Scenario};
+use model::{BodyKind, FilterKind, MAX_GOALS, ParamValues, Physics, Robot, Scenario};
 use nalgebra::Point2;
 
 /// What `shoal add` says about the robot; the rest comes from the scenario's defaults.
@@ -92,8 +92,18 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
         }
     }
 
+    // Another planner comes with what it counts on.
+    let filter = if planner == template.planner {
+        template.filter
+    } else {
+        match template.filter {
+            FilterKind::SharedGap => FilterKind::SharedGap,
+            FilterKind::None => robots::filter_for(planner, kind, scenario.physics),
+        }
+    };
     let robot = Robot {
         kind,
+        filter,
         radius_m,
         start: request.start,
         start_yaw_rad,

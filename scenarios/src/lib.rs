@@ -44,7 +44,7 @@ pub use schema::schema;
 use document::{Raw, RawTable, RawValue};
 use model::field::Table;
 use model::key::{KeyName, Named, OptionalKey};
-use model::{Mode, Scenario};
+use model::{FilterKind, Mode, Scenario};
 use problems::{Origin, Report};
 use table::{Clock, Layout, Root};
 
@@ -55,6 +55,8 @@ pub struct Overrides {
     pub mode: Option<Mode>,
     /// `--planner`: every robot that this method can drive uses it; parameters for other methods no longer count.
     pub planner: Option<String>,
+    /// `--filter`: every robot that can have a filter has this one.
+    pub filter: Option<FilterKind>,
     /// `--robots`, for scenarios with a layout.
     pub robots: Option<usize>,
     /// `--seed`.
@@ -106,9 +108,12 @@ fn read(
 ) -> Result<(Scenario, Paper), Problems> {
     let planner = apply(&mut document, overrides, &mut report);
     let root = walk::walk(document, &mut report);
-    let (mut scenario, paper) = resolve::resolve(&root, name, planner, &mut report);
+    let (mut scenario, paper) = resolve::resolve(&root, name, (planner, overrides.filter), &mut report);
     if let Some(method) = planner.and_then(planners::find) {
         check_planner(method, &scenario, Origin::Option(overrides.set.len() + 1), &mut report);
+    }
+    if overrides.filter == Some(FilterKind::SharedGap) {
+        check_filter(&scenario, Origin::Option(overrides.set.len() + 5), &mut report);
     }
     scenario.warnings = report.finish()?;
     Ok((scenario, paper))
@@ -126,21 +131,30 @@ fn check_planner(method: &planners::Method, scenario: &Scenario, origin: Origin,
     }
 }
 
+/// Reports a filter that is asked for and that not a single robot can have.
+fn check_filter(scenario: &Scenario, origin: Origin, report: &mut Report) {
+    if scenario.robots.iter().all(|robot| robot.filter == FilterKind::None) {
+        let message = "none of these robots can have a filter";
+        report.add_hint(origin, "", message, "it takes kinematic physics, and bodies that drive about");
+    }
+}
+
 /// The options as they were given, for messages.
 fn options(overrides: &Overrides) -> Vec<String> {
-    let Overrides { mode, planner, robots, seed, duration_s, set } = overrides;
+    let Overrides { mode, planner, filter, robots, seed, duration_s, set } = overrides;
     let mut options: Vec<String> = set.iter().map(|assignment| format!("--set {assignment}")).collect();
     options.push(mode.map(|mode| format!("--mode {}", mode.word())).unwrap_or_default());
     options.push(planner.as_ref().map(|name| format!("--planner {name}")).unwrap_or_default());
     options.push(robots.map(|count| format!("--robots {count}")).unwrap_or_default());
     options.push(seed.map(|seed| format!("--seed {seed}")).unwrap_or_default());
     options.push(duration_s.map(|duration_s| format!("--duration {duration_s}s")).unwrap_or_default());
+    options.push(filter.map(|filter| format!("--filter {}", filter.word())).unwrap_or_default());
     options
 }
 
 /// Writes the overrides into the document, and returns the method that replaces all others.
 fn apply<'a>(document: &mut RawTable, overrides: &'a Overrides, report: &mut Report) -> Option<&'a str> {
-    let Overrides { mode, planner, robots, seed, duration_s, set } = overrides;
+    let Overrides { mode, planner, filter: _, robots, seed, duration_s, set } = overrides;
     for (index, assignment) in set.iter().enumerate() {
         document::set(document, assignment, Origin::Option(index), report);
     }

@@ -27,8 +27,13 @@ const ROBOTS_SPARE: usize = 8;
 /// Stands for a point that could not be read; checks pass over it.
 const NOWHERE: Point2<f64> = Point2::new(f64::NAN, f64::NAN);
 
-/// Resolves a walked file. The result counts only if nothing is in the report afterwards.
-pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &mut Report) -> (Scenario, Paper) {
+/// Resolves a walked file. A method and a filter that replace those of all robots come with `replaces`. The result counts only if nothing is in the report afterwards.
+pub(crate) fn resolve(
+    root: &Node,
+    name: &str,
+    replaces: (Option<&str>, Option<FilterKind>),
+    report: &mut Report,
+) -> (Scenario, Paper) {
     let world = section(root, Root::world);
     let bounds = bounds(&world);
     let clock_node = section(root, Root::clock);
@@ -36,7 +41,8 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
     let radio = timeline::radio(&section(root, Root::radio));
     let obstacles = obstacles::read(root, bounds, report);
     let surfaces = Surfaces::new(&obstacles);
-    let layers = Layers::read(root, planner, clock.tick_hz, report);
+    let physics = world.get(table::World::physics);
+    let layers = Layers::read(root, replaces, physics, clock.tick_hz, report);
     let template = layers.robot(None, Place::at(String::new(), Point2::origin(), Vec::new()), report);
 
     let ground = Ground { world: bounds, surfaces: &surfaces };
@@ -45,7 +51,6 @@ pub(crate) fn resolve(root: &Node, name: &str, planner: Option<&str>, report: &m
         ground.check(robot, source, report);
     }
     check::starts_apart(&crew.robots, &crew.sources, report);
-    let physics = world.get(table::World::physics);
     if physics == Physics::Rapier {
         check::solid(
             &crew.robots,

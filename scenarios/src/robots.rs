@@ -5,10 +5,10 @@ use crate::methods::{self, FleetParams};
 use crate::node::{Given, Node};
 use crate::problems::{Origin, Report};
 use crate::table::{self, Arm, Body, KindKey, Kinds, Mobile, PlacedArm, Root, WheelKeys};
-use crate::types::{PlannerName, Rounds};
+use crate::types::{FilterChoice, PlannerName, Rounds};
 use crate::wheels;
 use model::kind::Range;
-use model::{BodyKind, Dynamics, Limits, Motion, ParamValues, Restart, RestartPolicy, Robot};
+use model::{BodyKind, Dynamics, FilterKind, Limits, Motion, ParamValues, Physics, Restart, RestartPolicy, Robot};
 use nalgebra::{Point2, Vector2};
 
 /// What all robots of a file share.
@@ -22,6 +22,9 @@ pub(crate) struct Layers<'a> {
     fleet_params: FleetParams,
     /// A method that replaces that of every robot.
     planner: Option<&'a str>,
+    /// A filter that replaces that of every robot that can have one.
+    filter: Option<FilterKind>,
+    physics: Physics,
     tick_hz: f64,
 }
 
@@ -43,7 +46,13 @@ impl Place {
 
 impl<'a> Layers<'a> {
     /// Checks what is shared.
-    pub(crate) fn read(root: &'a Node, planner: Option<&'a str>, tick_hz: f64, report: &mut Report) -> Layers<'a> {
+    pub(crate) fn read(
+        root: &'a Node,
+        (planner, filter): (Option<&'a str>, Option<FilterKind>),
+        physics: Physics,
+        tick_hz: f64,
+        report: &mut Report,
+    ) -> Layers<'a> {
         let kinds = root.node(Root::kinds);
         let layers = Layers {
             defaults: root.node(Root::defaults),
@@ -53,6 +62,8 @@ impl<'a> Layers<'a> {
             arm: kinds.and_then(|kinds| kinds.node(Kinds::two_link_arm)),
             fleet_params: FleetParams::read(root.params_by_planner(Root::planners), report),
             planner,
+            filter,
+            physics,
             tick_hz,
         };
         layers.check_method(&[layers.defaults], report);
@@ -119,6 +130,7 @@ impl<'a> Layers<'a> {
                 turn_accel_radps2_max: body.get(Body::turn_accel_radps2_max),
             },
         };
+        let filter = self.filter(&body, kind, &planner, report);
         let towards = place.goals.first().map_or(Vector2::zeros(), |goal| goal - place.start);
         Robot {
             id: place.id,
@@ -142,6 +154,7 @@ impl<'a> Layers<'a> {
             goal_tolerance_m: body.get(Body::goal_tolerance_m),
             planner,
             params,
+            filter,
             sensor_range_m: body.get(Body::sensor_range_m),
             radio_range_m: body.get(Body::radio_range_m),
             radio_hysteresis_m: body.get(Body::radio_hysteresis_m),
@@ -149,6 +162,32 @@ impl<'a> Layers<'a> {
             knows_map: body.get(Body::knows_map),
             restart: self.restart(&body),
             agent: body.get(Body::agent),
+        }
+    }
+
+    /// The filter of a robot with these layers. One that is asked for and that the body cannot have is reported.
+    fn filter(&self, body: &Layered<'_>, kind: BodyKind, planner: &str, report: &mut Report) -> FilterKind {
+        let fits = self.physics == Physics::Kinematic && BodyKind::MOBILE.contains(&kind);
+        match (self.filter, body.get(Body::filter)) {
+            (Some(filter), _) if fits => filter,
+            (Some(_), _) | (None, FilterChoice::None) => FilterKind::None,
+            (None, FilterChoice::SharedGap) => {
+                if !fits && let Some(node) = body.0.iter().find(|node| node.has(Body::filter)) {
+                    let message = if self.physics == Physics::Kinematic {
+                        "an arm cannot have a filter: it is no disc"
+                    } else {
+                        "bodies that have weight cannot have a filter: they do not go where their commands say"
+                    };
+                    report.add_hint(
+                        node.at(Body::filter),
+                        &node.key(Body::filter),
+                        message,
+                        "leave it out, or write \"none\"",
+                    );
+                }
+                FilterKind::SharedGap
+            }
+            (None, FilterChoice::Auto) => filter_for(planner, kind, self.physics),
         }
     }
 
@@ -205,6 +244,16 @@ impl<'a> Layers<'a> {
         if let (Some(block), Some(method)) = (node.params(Body::params), planners::find(&name)) {
             methods::check(method, block, report);
         }
+    }
+}
+
+/// The filter of a robot that asks for none in particular: that of its planner, if the body can have one.
+pub(crate) fn filter_for(planner: &str, kind: BodyKind, physics: Physics) -> FilterKind {
+    let fits = physics == Physics::Kinematic && BodyKind::MOBILE.contains(&kind);
+    if fits && planners::find(planner).is_some_and(|method| method.wants_filter) {
+        FilterKind::SharedGap
+    } else {
+        FilterKind::None
     }
 }
 

@@ -13,6 +13,15 @@ pub(crate) struct Id(pub(crate) String);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct PlannerName(pub(crate) String);
 
+model::choice! {
+    /// What is to stand between the planner of a robot and its body.
+    pub(crate) enum FilterChoice {
+        Auto = "auto",
+        None = "none",
+        SharedGap = "shared-gap",
+    }
+}
+
 /// A place, and perhaps the heading there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose {

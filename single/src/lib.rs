@@ -5,7 +5,7 @@
 
 use model::{Outcome, RobotInstance, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
-use protocol::robot_to_robot::{PosePair, SharedPose};
+use protocol::robot_to_robot::{PosePair, SharedBorder, SharedBorders, SharedPose};
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::{NeighborRef, Piece};
 use robot_agent::agent::AgentError;
@@ -18,6 +18,8 @@ struct Cell {
     instance: RobotInstance,
     agent: Agent,
     board: PosePair,
+    /// What goes with the two poses, if it talks about borders: the newer one last.
+    borders: Option<Box<[SharedBorders; 2]>>,
 }
 
 /// Runs the scenario to its end, or until `watch` breaks it off. `watch` sees the world after every tick, and what
@@ -45,6 +47,7 @@ pub fn run_shown(
     let mut world = World::new(scenario);
     let mut cells: Vec<Option<Cell>> = scenario.robots.iter().map(|_| None).collect();
     let mut heard: Vec<(NeighborRef, SharedPose)> = Vec::new();
+    let mut borders: Vec<SharedBorder> = Vec::new();
     let mut pieces: Vec<Piece> = Vec::new();
     let mut answers: Vec<(RobotInstance, AgentOutputs)> = Vec::new();
 
@@ -60,18 +63,27 @@ pub fn run_shown(
             heard.clear();
             let tick = world.tick();
             heard.extend(world.neighbors(slot).iter().filter_map(|who| Some((*who, pose_of(&cells, *who, tick)?))));
+            borders.clear();
+            if cells[slot].as_ref().is_some_and(|cell| cell.borders.is_some()) {
+                borders.extend(heard.iter().map(|(who, _)| border_of(&cells, *who, instance, tick)));
+            }
             pieces.clear();
             pieces.extend(world.sensed(slot).iter().map(|index| world.piece(usize::from(*index))));
             let cell = cells[slot].as_mut().expect("every participant has entered");
             let (odometry, mut pose) = (world.odometry(slot), SharedPose::default());
             let (radio, time) = (world.impairment(slot).radio(), Time::Ticks);
-            let inputs = AgentInputs { odometry: &odometry, heard: &heard, radio, pieces: &pieces, time };
+            let inputs =
+                AgentInputs { odometry: &odometry, heard: &heard, borders: &borders, radio, pieces: &pieces, time };
             let outputs = cell.agent.step(&inputs, &mut pose);
             cell.board.push(pose);
+            if let Some(borders) = &mut cell.borders {
+                borders.rotate_left(1);
+                cell.agent.tell_borders(tick, &mut borders[1]);
+            }
             answers.push((instance, outputs));
         }
         for (instance, outputs) in &answers {
-            world.planned(*instance, outputs.plan);
+            world.planned(*instance, outputs.plan, f64::from(outputs.filtered as f32));
         }
         world.close(&mut |instance| {
             let index = answers.binary_search_by_key(&instance.index, |(who, _)| who.index).ok()?;
@@ -91,7 +103,8 @@ fn enter(cells: &mut [Option<Cell>], scenario: &Scenario, instance: RobotInstanc
     let slot = instance.index.at();
     if cells[slot].as_ref().is_none_or(|cell| cell.instance != instance) {
         let agent = Agent::new(AgentSpec::new(scenario, &scenario.robots[slot], instance))?;
-        cells[slot] = Some(Cell { instance, agent, board: PosePair::default() });
+        let borders = agent.has_borders().then(Box::default);
+        cells[slot] = Some(Cell { instance, agent, board: PosePair::default(), borders });
     }
     Ok(())
 }
@@ -100,4 +113,13 @@ fn enter(cells: &mut [Option<Cell>], scenario: &Scenario, instance: RobotInstanc
 fn pose_of(cells: &[Option<Cell>], who: NeighborRef, tick: u64) -> Option<SharedPose> {
     let cell = cells.get(who.index as usize)?.as_ref()?;
     (cell.instance.incarnation == who.incarnation).then(|| cell.board.before(tick).copied().unwrap_or_default())
+}
+
+/// What a robot said to another one about the border between the two, before this tick.
+fn border_of(cells: &[Option<Cell>], who: NeighborRef, to: RobotInstance, tick: u64) -> SharedBorder {
+    let cell = cells.get(who.index as usize).and_then(Option::as_ref);
+    let borders =
+        cell.filter(|cell| cell.instance.incarnation == who.incarnation).and_then(|cell| cell.borders.as_ref());
+    let newest = borders.and_then(|borders| borders.iter().rev().find(|borders| borders.tick < tick));
+    newest.map(|borders| borders.to(to.index.0, to.incarnation)).unwrap_or_default()
 }

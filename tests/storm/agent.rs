@@ -189,7 +189,8 @@ impl AgentProcess {
             _ => Time::Ticks,
         };
         let radio = memory.impairments[slot].radio();
-        let inputs = AgentInputs { odometry: &odometry, heard: &self.heard, radio, pieces: &self.pieces, time };
+        let inputs =
+            AgentInputs { odometry: &odometry, heard: &self.heard, borders: &[], radio, pieces: &self.pieces, time };
         let mut pose = SharedPose::default();
         let outputs = self.agent.step(&inputs, &mut pose);
         self.saying = Some((Saying::Pose, pose, outputs, odometry));

@@ -314,7 +314,7 @@ impl WorldProcess {
     fn close_tick(&mut self, shared: &mut Shared) {
         for (instance, command) in &self.commands {
             if let Some(command) = command {
-                self.world.planned(*instance, command.plan_state());
+                self.world.planned(*instance, command.plan_state(), f64::from(command.filtered));
             }
         }
         let commands = &self.commands;

@@ -186,9 +186,12 @@ impl Attendance {
         if now_ns.saturating_sub(since_ns) > self.command_timeout_ns {
             self.give_up(world, instance, Absence::Overdue, signs);
         }
-        // A command is as old as what its robot knew.
+        // A command is as old as what its robot knew, and some are only good for a few ticks.
         let oldest_ns = now_ns.saturating_sub(self.command_timeout_ns);
-        command.filter(|command| command.odometry_stamp_ns >= oldest_ns)
+        let ticks = |command: &Command| world.tick().saturating_sub(command.tick);
+        command
+            .filter(|command| command.odometry_stamp_ns >= oldest_ns)
+            .filter(|command| command.hold_ticks == 0 || ticks(command) < u64::from(command.hold_ticks))
     }
 }
 

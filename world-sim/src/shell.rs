@@ -426,7 +426,7 @@ impl Shell {
             }
         }
         if let Some(command) = &command {
-            self.world.planned(instance, command.plan_state());
+            self.world.planned(instance, command.plan_state(), f64::from(command.filtered));
         }
         self.commands[instance.index.at()] = command.and_then(|command| command.drive());
     }

@@ -23,8 +23,8 @@ use crate::shapes::Shapes;
 use crate::touch;
 use model::kinematics::fits;
 use model::{
-    Clock, Drive, EventKind, MAX_ROBOTS, Partner, Physics, PlanState, Radio, Robot, RobotIndex, RobotInstance,
-    Scenario, StragglerPolicy, TimelineAction, TimelineEvent, Touch,
+    Clock, Drive, EventKind, FilterCount, FilterKind, MAX_ROBOTS, Partner, Physics, PlanState, Radio, Robot,
+    RobotIndex, RobotInstance, Scenario, StragglerPolicy, TimelineAction, TimelineEvent, Touch,
 };
 use nalgebra::Point2;
 use protocol::daemon_to_world::{Absence, Order};
@@ -69,6 +69,8 @@ pub struct World {
     scolded: Vec<bool>,
     /// Whether each robot's method has a plan.
     plans: Vec<PlanState>,
+    /// What filters have done to commands.
+    filter: FilterCount,
     /// The radio of robots that are added later.
     radio: Radio,
     /// By slot: what is done to the robot on purpose, and what it is told of that.
@@ -146,6 +148,7 @@ impl World {
             shown: Vec::new(),
             scolded: Vec::new(),
             plans: Vec::new(),
+            filter: FilterCount::default(),
             radio: scenario.radio,
             faults: Vec::new(),
             impairments: Vec::new(),
@@ -374,9 +377,19 @@ impl World {
         }
     }
 
-    /// A robot says whether its method has a plan: to be called before the tick closes. That it gave up is an event.
-    pub fn planned(&mut self, instance: RobotInstance, state: PlanState) {
-        let Some(known) = self.plans.get_mut(instance.index.at()) else { return };
+    /// A robot says whether its method has a plan, and how much its filter has changed the command, in greatest speeds: to be
+    /// called before the tick closes. That it gave up is an event.
+    pub fn planned(&mut self, instance: RobotInstance, state: PlanState, filtered: f64) {
+        let slot = instance.index.at();
+        if self.robots.get(slot).and_then(Option::as_ref).is_some_and(|robot| robot.filter != FilterKind::None) {
+            self.filter.commands += 1;
+            if filtered > 0.0 {
+                self.filter.changed += 1;
+                // From one end of its speeds to the other.
+                self.filter.change += filtered.min(2.0);
+            }
+        }
+        let Some(known) = self.plans.get_mut(slot) else { return };
         if std::mem::replace(known, state) != state && state == PlanState::GaveUp {
             self.journal.note_quietly(self.tick, instance.index, || EventKind::GaveUp);
             self.stuck.push(instance.index);

@@ -38,6 +38,7 @@ fn rings(count: usize) -> Scenario {
         goal_tolerance_m: 0.1,
         planner: "straight".to_owned(),
         params: Default::default(),
+        filter: model::FilterKind::None,
         sensor_range_m: 3.0,
         radio_range_m: 3.5,
         radio_hysteresis_m: 0.1,

@@ -3,6 +3,7 @@
 use super::values::parse_duration;
 use super::{DEFAULT_SCENARIO, Format};
 use clap::{Args, ValueEnum};
+use model::FilterKind;
 use scenarios::Overrides;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -36,9 +37,6 @@ pub struct RunArgs {
     /// End after this much simulated time: 60s, 1.5m, 500ms, or seconds
     #[arg(long, value_name = "TIME", value_parser = parse_duration, allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// Safety filter between planner and robot
-    #[arg(long, value_name = "FILTER", default_value = "none")]
-    pub filter: FilterArg,
     /// Write the report to this file as JSON; `-` is standard output, instead of the text
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
@@ -56,6 +54,9 @@ pub struct ChangeArgs {
     /// Planner of every robot; `shoal planners` lists them
     #[arg(long, value_name = "NAME")]
     pub planner: Option<String>,
+    /// Filter between planner and robot; by default that of the scenario
+    #[arg(long, value_name = "FILTER")]
+    pub filter: Option<FilterArg>,
     /// Number of robots, for scenarios with a layout
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub robots: Option<usize>,
@@ -70,8 +71,16 @@ pub struct ChangeArgs {
 impl ChangeArgs {
     /// As overrides of a scenario, with its clock mode and its duration, s, if they are to be others.
     pub fn overrides(&self, mode: Option<model::Mode>, duration_s: Option<f64>) -> Overrides {
-        let ChangeArgs { planner, robots, seed, set } = self;
-        Overrides { mode, planner: planner.clone(), robots: *robots, seed: *seed, duration_s, set: set.clone() }
+        let ChangeArgs { planner, filter, robots, seed, set } = self;
+        Overrides {
+            mode,
+            planner: planner.clone(),
+            filter: filter.map(FilterKind::from),
+            robots: *robots,
+            seed: *seed,
+            duration_s,
+            set: set.clone(),
+        }
     }
 }
 
@@ -96,14 +105,22 @@ impl From<ModeArg> for model::Mode {
     }
 }
 
-/// The safety filter between a method and its robot.
+/// What stands between a method and its robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FilterArg {
     /// Commands go out as planned
     None,
-    /// No robot takes more than half of the gap (not built yet)
-    #[value(hide = true)]
-    HalfGap,
+    /// Robots keep to their shares of the gaps between them, and touch nobody
+    SharedGap,
+}
+
+impl From<FilterArg> for FilterKind {
+    fn from(filter: FilterArg) -> FilterKind {
+        match filter {
+            FilterArg::None => FilterKind::None,
+            FilterArg::SharedGap => FilterKind::SharedGap,
+        }
+    }
 }
 
 /// `shoal plot`.

@@ -1,6 +1,7 @@
 //! `sweep`: many runs, and what they say together.
 
 use super::Format;
+use super::run::FilterArg;
 use ::sweep::{Assertion, Varied};
 use clap::{Args, ValueEnum};
 use std::ffi::OsString;
@@ -49,6 +50,9 @@ pub struct SweepArgs {
     /// Run with each of these values of a key; may be repeated
     #[arg(long = "vary", value_name = "KEY=A,B,..", value_parser = Varied::parse)]
     pub varied: Vec<Varied>,
+    /// Run with each of these filters: none, shared-gap; the same as --vary defaults.filter
+    #[arg(long = "filter", value_name = "FILTER", value_delimiter = ',')]
+    pub filters: Vec<FilterArg>,
     /// Compare the makespans with those of this planner
     #[arg(long, value_name = "PLANNER")]
     pub baseline: Option<String>,

@@ -9,13 +9,13 @@ use crate::progress::Live;
 use crate::{out, source};
 use bus::clock;
 use daemon::signals::Interrupted;
-use model::Mode;
+use model::{FilterKind, Mode};
 use planners::params::nearest;
 use std::path::Path;
 use sweep::directory::{self, Directory};
 use sweep::execute::{self, Execute};
 use sweep::plan::SCHEMA;
-use sweep::{Error, ErrorKind, Plan, Record, ScenarioSource, Summary, pool, summary, text};
+use sweep::{Error, ErrorKind, Plan, Record, ScenarioSource, Summary, Varied, pool, summary, text};
 
 /// Combinations whose problems are printed; the problems of more are mostly the same.
 const REFUSED_MAX: usize = 10;
@@ -120,11 +120,19 @@ fn plan_of(options: &SweepArgs) -> Result<Plan, Failure> {
         scenarios,
         planners: options.planners.clone(),
         set: options.set.clone(),
-        varied: options.varied.clone(),
+        varied: varied(options),
         seeds: options.seeds.0.clone(),
     };
     plan.check()?;
     Ok(plan)
+}
+
+/// The varied keys; filters are one of them.
+fn varied(options: &SweepArgs) -> Vec<Varied> {
+    let values: Vec<String> =
+        options.filters.iter().map(|filter| format!("\"{}\"", FilterKind::from(*filter).word())).collect();
+    let filters = (!values.is_empty()).then(|| Varied { key: "defaults.filter".to_owned(), values });
+    filters.into_iter().chain(options.varied.iter().cloned()).collect()
 }
 
 /// Planners that --baseline and --assert name are among those of the sweep.

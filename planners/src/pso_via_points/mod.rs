@@ -90,6 +90,7 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::ALL,
     params: Params::specs,
     speed_mps: any_speed,
+    wants_filter: false,
     build,
 };
 

@@ -73,6 +73,7 @@ impl Scene {
             map: &self.obstacles,
             arm: None,
             wheels: self.wheels,
+            allowed: &[],
         }
     }
 }

@@ -107,9 +107,12 @@ impl Robot {
     /// A tick in which it also sees something.
     fn look(&mut self, odometry: &Odometry, heard: &[(NeighborRef, SharedPose)], pieces: &[Piece], time: Time) -> Said {
         // Where a pose is made there is an older one.
-        let mut pose = SharedPose { x_m: f64::NAN, stamp_ns: 1, flags: u32::MAX, reserved: 1, ..SharedPose::default() };
-        let outputs = self.agent.step(&AgentInputs { odometry, heard, radio: Radio::PERFECT, pieces, time }, &mut pose);
-        assert_eq!((pose.stamp_ns, pose.reserved), (0, 0));
+        let mut pose =
+            SharedPose { x_m: f64::NAN, stamp_ns: 1, flags: u32::MAX, spare_m: 1.0, ..SharedPose::default() };
+        let outputs = self
+            .agent
+            .step(&AgentInputs { odometry, heard, borders: &[], radio: Radio::PERFECT, pieces, time }, &mut pose);
+        assert_eq!((pose.stamp_ns, pose.spare_m), (0, 0.0));
         self.board = pose;
         Said { pose, drive: outputs.drive }
     }

@@ -1,7 +1,7 @@
 //! Keys of robots: one by one, by kind, by default, in a pattern.
 
 use super::obstacles::MOTION;
-use crate::types::{Id, Interval, Joints, PlannerName, Pose, Rounds};
+use crate::types::{FilterChoice, Id, Interval, Joints, PlannerName, Pose, Rounds};
 use geometry::Elbow;
 use model::field::{Params, Table};
 use model::kind::{Range, Section};
@@ -191,6 +191,10 @@ keys! {
         planner: PlannerName = PlannerName("decentralized-apf".to_string()), "";
         /// Parameters of the planner; they override `[planners]`.
         params: Params => optional, "";
+        /// The filter between planner and body. shared-gap: whatever is planned, the robot keeps to its share of every gap and
+        /// touches nothing that stands; none: the body does what is planned; auto: shared-gap for planners that count on it,
+        /// else none. Kinematic physics and bodies that drive about only.
+        filter: FilterChoice = FilterChoice::Auto, "";
         /// Sensor range, from the centre (of an arm, the tip) to a surface.
         sensor_range_m: f64 = 5.0, "m", Range::POSITIVE;
         /// Radio range, centre to centre (of an arm, from the tip).

@@ -11,7 +11,9 @@ use crate::presence::Presence;
 use crate::referee::Referee;
 use geometry::ArmState;
 use model::kinematics::Pose;
-use model::{Event, EventKind, PlanState, Radio, Robot, RobotIndex, RobotInstance, Scenario, TaskId, TaskStep};
+use model::{
+    Event, EventKind, FilterCount, PlanState, Radio, Robot, RobotIndex, RobotInstance, Scenario, TaskId, TaskStep,
+};
 use protocol::world_to_daemon::{Notice, Standings};
 use protocol::world_to_robot::NeighborRef;
 use serde::{Deserialize, Serialize};
@@ -33,6 +35,7 @@ pub struct Checkpoint<'a> {
     arms: Vec<(ArmState, [f64; 2])>,
     scolded: Cow<'a, [bool]>,
     plans: Cow<'a, [PlanState]>,
+    filter: FilterCount,
     stuck: Cow<'a, [RobotIndex]>,
     faults: Cow<'a, [Faults]>,
     /// By slot.
@@ -79,6 +82,7 @@ impl World {
             arms: self.arms.iter().map(|arm| (arm.state, arm.rate_radps)).collect(),
             scolded: Cow::Borrowed(&self.scolded),
             plans: Cow::Borrowed(&self.plans),
+            filter: self.filter,
             stuck: Cow::Borrowed(&self.stuck),
             faults: Cow::Borrowed(&self.faults),
             heard: Cow::Borrowed(self.ranges.all_heard()),
@@ -136,6 +140,7 @@ impl World {
         }
         world.scolded = saved.scolded.into_owned();
         world.plans = saved.plans.into_owned();
+        world.filter = saved.filter;
         world.stuck = saved.stuck.into_owned();
         world.faults = saved.faults.into_owned();
         world.ranges.resume(saved.heard.into_owned());

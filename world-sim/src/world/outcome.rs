@@ -29,6 +29,7 @@ impl World {
             min_clearance_m: Some(self.contacts.clearance_m).filter(|clearance| clearance.is_finite()),
             min_obstacle_clearance_m: Some(self.contacts.obstacle_clearance_m)
                 .filter(|clearance| clearance.is_finite()),
+            filter: self.filter,
             events: self.journal.events.clone(),
             events_lost: self.journal.events_lost,
         }

@@ -36,6 +36,7 @@ pub(crate) fn robot(slot: usize, start: [f64; 2], goal: [f64; 2]) -> Robot {
         goal_tolerance_m: 0.05,
         planner: "straight".to_owned(),
         params: Default::default(),
+        filter: model::FilterKind::None,
         sensor_range_m: 3.0,
         radio_range_m: 5.0,
         radio_hysteresis_m: 0.5,

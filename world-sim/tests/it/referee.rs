@@ -379,7 +379,7 @@ fn a_task_that_its_planner_gives_up_is_dropped_and_the_next_one_follows() {
     driver.until(5);
     driver.open();
     let who = driver.world.participants()[0];
-    driver.world.planned(who, PlanState::GaveUp);
+    driver.world.planned(who, PlanState::GaveUp, 0.0);
     driver.close();
     // The state of the planner is that of the tick before, and not of the goal that has just begun.
     driver.run();
@@ -395,7 +395,7 @@ fn a_planner_that_gives_up_a_goal_of_the_scenario_keeps_it() {
     driver.world.order(order(1, Task::to([0.5, 0.0])));
     driver.open();
     let who = driver.world.participants()[0];
-    driver.world.planned(who, PlanState::GaveUp);
+    driver.world.planned(who, PlanState::GaveUp, 0.0);
     driver.close();
     let outcome = driver.run();
     assert_eq!((outcome.robots[0].goals_done, outcome.robots[0].tasks_done), (2, 1));

@@ -100,6 +100,7 @@ impl Course {
             map: &self.obstacles,
             arm: None,
             wheels: None,
+            allowed: &[],
         }
     }
 

@@ -1,0 +1,239 @@
+//! The line between two robots of which neither knows what the other one has heard.
+//!
+//! Of the two, the one with the lower slot offers lines, and the other one accepts them:
+//!
+//! 1. The one that offers says a new line with every word, numbered by its tick, and keeps from then on to it as well as to all
+//!    lines before that the other one may still rely on.
+//! 2. The one that accepts keeps to a single line: the last that it has accepted. It accepts a newer one as soon as all that it may
+//!    still do fits it, and says the number.
+//! 3. The one that offers hears that, and is free of all older lines.
+//!
+//! So at any time there is a line to which both keep, whatever was lost, late or out of order. A pair has no line at first, nor after
+//! both have agreed to have none ([`Rule::Apart`]) because they are far from each other: then each stays out of the other one's reach.
+//!
+//! A line is offered where it gives each the share of the gap that it can use: see [`gap`](super::gap).
+
+use super::Told;
+use super::claim::Claim;
+use nalgebra::{Point2, Vector2};
+
+/// How many borders one robot talks about at a time: those with the nearest robots. Others stay as they are.
+pub const WORDS_MAX: usize = 16;
+/// How many offers may be open: a round trip may take this many ticks before offers are made more slowly.
+const OFFERS_MAX: usize = 24;
+/// A line is offered to whom is nearer than this many times what both reach within their commands; and given up beyond twice that.
+const NEAR: f64 = 3.0;
+/// Of the gap: what neither uses.
+const SLACK: f64 = 1e-9;
+
+/// What two robots keep to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rule {
+    /// Each stays out of the other one's reach.
+    Apart,
+    /// Each stays on its side: x · `normal` ≤ `offset_m` for every point x of the one that offered it, ≥ for the other one.
+    Line {
+        /// Of length 1, from the one that offers to the other one.
+        normal: Vector2<f64>,
+        /// m.
+        offset_m: f64,
+    },
+}
+
+/// What one robot tells another about their border.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Word {
+    /// From now on it keeps to this one as well.
+    Offer {
+        /// The tick in which it was made; later ones count.
+        number: u64,
+        /// What is offered.
+        rule: Rule,
+    },
+    /// From now on it keeps to this one alone.
+    Accept {
+        /// Which offer; zero before any.
+        number: u64,
+    },
+}
+
+/// The robot that talks, in this tick.
+pub(super) struct Me<'a> {
+    pub(super) at: Point2<f64>,
+    pub(super) velocity: Vector2<f64>,
+    pub(super) radius_m: f64,
+    /// Where it may still get to, before it gives a new command.
+    pub(super) claim: &'a Claim,
+    /// How far it can get with a command.
+    pub(super) reach_m: f64,
+    /// For how long a command may act.
+    pub(super) act_s: f64,
+    pub(super) dt_s: f64,
+    /// Its claim keeps out of reach of the other one.
+    pub(super) is_out_of_reach: bool,
+}
+
+/// What is between this robot and another one.
+#[derive(Clone, Debug)]
+struct Pair {
+    robot: u32,
+    incarnation: u32,
+    /// What it keeps to, oldest first. The one that accepts has one.
+    rules: Vec<(u64, Rule)>,
+    /// What it says next, if anything.
+    word: Option<Word>,
+    gap_m: f64,
+}
+
+/// All borders of one robot.
+pub(super) struct Pairs {
+    robot: u32,
+    pairs: Vec<Pair>,
+    /// Rules of pairs that are no more, to be used again.
+    spare: Vec<Vec<(u64, Rule)>>,
+    /// Who is talked to, nearest first.
+    order: Vec<usize>,
+}
+
+impl Pairs {
+    pub(super) fn new(robot: u32) -> Pairs {
+        Pairs { robot, pairs: Vec::new(), spare: Vec::new(), order: Vec::new() }
+    }
+
+    /// Makes the pairs those with the robots that are heard, in their order. A new life of a robot has agreed to nothing.
+    pub(super) fn meet(&mut self, told: &[Told]) {
+        let same =
+            self.pairs.len() == told.len() && self.pairs.iter().zip(told).all(|(pair, other)| pair.is_with(other));
+        if same {
+            return;
+        }
+        let mut kept = std::mem::take(&mut self.pairs);
+        for other in told {
+            let place = kept.iter().position(|pair| pair.is_with(other));
+            self.pairs.push(match place {
+                Some(place) => kept.swap_remove(place),
+                None => {
+                    let mut rules = self.spare.pop().unwrap_or_else(|| Vec::with_capacity(OFFERS_MAX));
+                    rules.clear();
+                    rules.push((0, Rule::Apart));
+                    Pair { robot: other.robot, incarnation: other.incarnation, rules, word: None, gap_m: 0.0 }
+                }
+            });
+        }
+        self.spare.extend(kept.into_iter().map(|pair| pair.rules));
+    }
+
+    /// Takes in what the other one says, and finds what to say to it.
+    pub(super) fn talk(&mut self, tick: u64, me: &Me<'_>, other: &Told) {
+        let offers = self.robot < other.robot;
+        let Some(pair) = self.pairs.iter_mut().find(|pair| pair.is_with(other)) else { return };
+        pair.gap_m = (other.seen.unwrap_or(other.at) - me.at).norm() - me.radius_m - other.radius_m;
+        if offers {
+            pair.hear_accepted(other.word);
+            pair.offer(tick, me, other);
+        } else {
+            pair.accept(me, other.word);
+        }
+    }
+
+    /// What this robot keeps to with another one.
+    pub(super) fn rules(&self, robot: u32) -> impl Iterator<Item = Rule> + '_ {
+        let pair = self.pairs.iter().find(move |pair| pair.robot == robot);
+        pair.into_iter().flat_map(|pair| pair.rules.iter().map(|(_, rule)| *rule))
+    }
+
+    /// What is said, to the nearest first: slot, life and word.
+    pub(super) fn words(&mut self) -> impl Iterator<Item = (u32, u32, Word)> + '_ {
+        self.order.clear();
+        self.order.extend((0..self.pairs.len()).filter(|place| self.pairs[*place].word.is_some()));
+        let pairs = &self.pairs;
+        self.order.sort_unstable_by(|a, b| pairs[*a].gap_m.total_cmp(&pairs[*b].gap_m).then(a.cmp(b)));
+        self.order.iter().take(WORDS_MAX).filter_map(|place| {
+            let pair = &self.pairs[*place];
+            Some((pair.robot, pair.incarnation, pair.word?))
+        })
+    }
+}
+
+impl Pair {
+    fn is_with(&self, other: &Told) -> bool {
+        self.robot == other.robot && self.incarnation == other.incarnation
+    }
+
+    /// It is free of everything older than what the other one keeps to.
+    fn hear_accepted(&mut self, word: Option<Word>) {
+        let Some(Word::Accept { number }) = word else { return };
+        if self.rules.iter().any(|(known, _)| *known == number) {
+            self.rules.retain(|(known, _)| *known >= number);
+        } else if number == 0 && self.rules.len() < OFFERS_MAX {
+            // The other one has forgotten what it had agreed to.
+            self.rules.insert(0, (0, Rule::Apart));
+        }
+    }
+
+    /// Offers what would be best now.
+    fn offer(&mut self, tick: u64, me: &Me<'_>, other: &Told) {
+        let (newest, rule) = *self.rules.last().expect("there is always a rule");
+        let both_m = me.reach_m + other.speed_mps_max * me.act_s + other.brake_m;
+        let far_m = NEAR * both_m * if matches!(rule, Rule::Apart) { 1.0 } else { 2.0 };
+        // Whatever it offers, its last command has to keep to it as well.
+        let wanted =
+            if self.gap_m > far_m && me.is_out_of_reach { Some(Rule::Apart) } else { best_line(me, other, tick) };
+        if let Some(wanted) = wanted
+            && wanted != rule
+            && newest < tick
+            && self.rules.len() < OFFERS_MAX
+        {
+            self.rules.push((tick, wanted));
+        }
+        let (number, rule) = *self.rules.last().expect("there is always a rule");
+        self.word = (number > 0).then_some(Word::Offer { number, rule });
+    }
+
+    /// Accepts what was offered, if all that it may still do fits it.
+    fn accept(&mut self, me: &Me<'_>, word: Option<Word>) {
+        let (accepted, _) = self.rules[0];
+        if let Some(Word::Offer { number, rule }) = word
+            && number > accepted
+        {
+            let fits = match rule {
+                Rule::Apart => me.is_out_of_reach,
+                Rule::Line { normal, offset_m } => {
+                    me.claim.most_m(-normal) <= me.at.coords.dot(&normal) - me.radius_m - offset_m
+                }
+            };
+            if fits {
+                self.rules[0] = (number, rule);
+            }
+        }
+        // To whom offers nothing, there is nothing to say.
+        self.word = word.map(|_| Word::Accept { number: self.rules[0].0 });
+    }
+}
+
+/// The line between what this robot may still do and what the other one probably does until it has heard of the line.
+fn best_line(me: &Me<'_>, other: &Told, tick: u64) -> Option<Rule> {
+    let (far, beside_m) = me.claim.as_segment();
+    let (near, far) = (me.at, me.at + far);
+    // What has been heard is as old as this, what is said takes as long to be heard.
+    let since_s = tick.saturating_sub(other.tick).max(1) as f64 * me.dt_s;
+    let their_claim = other.promise.map_or(Vector2::zeros(), |promise| promise.far - other.at);
+    let spare_m = other.promise.map_or(0.0, |promise| f64::from(promise.spare_m));
+    let now = other.seen.unwrap_or(other.at + other.velocity * since_s);
+    let between = geometry::between_segments(near, far, now, now + their_claim);
+    let distance_m = between.norm();
+    if distance_m <= 0.0 {
+        return None;
+    }
+    let normal = between / distance_m;
+    // If it goes away, the line may follow it.
+    let leaves_m = other.velocity.dot(&normal).max(0.0) * since_s;
+    let gap_m = distance_m - me.radius_m - other.radius_m - beside_m - spare_m + leaves_m;
+    if gap_m <= 0.0 {
+        return None;
+    }
+    let approach = (me.velocity + other.velocity).dot(&normal) * (since_s + me.act_s);
+    let share = (0.5 + approach / (2.0 * gap_m)).clamp(0.0, 1.0) * (1.0 - SLACK);
+    let front_m = me.at.coords.dot(&normal) + me.claim.most_m(normal) + me.radius_m;
+    Some(Rule::Line { normal, offset_m: front_m + share * gap_m })
+}
