@@ -24,6 +24,8 @@ pub struct Outcome {
     pub min_obstacle_clearance_m: Option<f64>,
     /// What filters did to the commands of robots that have one.
     pub filter: FilterCount,
+    /// Goals reached by all robots, including robots that have left and whose index another robot has now.
+    pub goals_done: u64,
     /// The log.
     pub events: Vec<Event>,
     /// Events that did not fit the log.
@@ -60,6 +62,11 @@ pub struct RobotOutcome {
     pub path_length_m: f64,
     /// Against the shortest free path; `None` where that is undefined.
     pub path_ratio: Option<f64>,
+    /// Its time minus that of the shortest free path at its greatest speed, s; `None` where the shortest free path is
+    /// undefined.
+    pub time_lost_s: Option<f64>,
+    /// How often it reversed its direction of driving until it arrived, or in all (module `progress` of the world).
+    pub reversals: u32,
     /// Contacts it was part of.
     pub contacts: u64,
     /// Goals reached that came as tasks.
@@ -72,6 +79,8 @@ pub struct RobotOutcome {
     pub final_distance_m: Option<f64>,
     /// It has not arrived and takes part, but gets nowhere.
     pub stall: Option<Stall>,
+    /// Mean speed over the last 10 s, or since it joined, of a robot that takes part and has not arrived, m/s.
+    pub end_speed_mps: Option<f64>,
     /// Whether its method had a plan at the end.
     pub plan: PlanState,
     /// Smoothness (log dimensionless jerk), 0 is best; `None` for a robot that never moved.

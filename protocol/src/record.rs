@@ -25,7 +25,7 @@ pub const MAGIC: &[u8; 8] = b"SHOALREC";
 /// How every whole record ends.
 pub const MAGIC_END: &[u8; 8] = b"SHOALEND";
 /// The version of the format. It goes up with every change of what is written, the types of scenarios included.
-pub const VERSION: u32 = 7;
+pub const VERSION: u32 = 8;
 
 const FRAME: u8 = 1;
 const END: u8 = 0;

@@ -87,6 +87,10 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
     let times: Vec<f64> = arrived.iter().filter_map(|fate| fate.time_s).collect();
     let flowtime_s: f64 = times.iter().sum();
     let ratios: Vec<f64> = arrived.iter().filter_map(|fate| fate.path_ratio).collect();
+    let lost_s: Vec<f64> = arrived.iter().filter_map(|fate| fate.time_lost_s).collect();
+    let path_length_m: f64 = fates.iter().map(|fate| fate.path_length_m).sum();
+    let reversals: u64 = fates.iter().map(|fate| u64::from(fate.reversals)).sum();
+    let sim_time_s = facts.outcome.ticks as f64 * dt_s;
     let jerks: Vec<f64> = fates.iter().filter_map(|fate| fate.ldj).collect();
     let stalled = |stall| fates.iter().filter(|fate| fate.stall == Some(stall)).count();
     let filter = facts.outcome.filter;
@@ -98,9 +102,13 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
         makespan_s: max(arrived.iter().filter_map(since_start_s)).filter(|_| arrived_all),
         flowtime_s: (!times.is_empty()).then_some(flowtime_s),
         mean_time_s: mean(&times),
-        path_length_m: fates.iter().map(|fate| fate.path_length_m).sum(),
+        path_length_m,
         path_ratio_mean: mean(&ratios),
         path_ratio_max: max(ratios.iter().copied()),
+        time_lost_s_mean: mean(&lost_s),
+        time_lost_s_max: max(lost_s.iter().copied()),
+        goals_done: facts.outcome.goals_done,
+        throughput_per_s: per(facts.outcome.goals_done as f64, sim_time_s),
         robot_contacts: facts.outcome.robot_contacts,
         obstacle_contacts: facts.outcome.obstacle_contacts,
         min_clearance_m: facts.outcome.min_clearance_m,
@@ -111,6 +119,7 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
         ldj_mean: mean(&jerks),
         filter_interventions: share(filter.changed as f64, filter.commands),
         filter_change_mean: share(filter.change, filter.changed),
+        reversals_per_m: per(reversals as f64, path_length_m),
     };
     (fates, report)
 }
@@ -136,14 +145,19 @@ fn robot_report(facts: &RunFacts, slot: usize, fate: &RobotOutcome) -> RobotRepo
         time_s: fate.time_s,
         path_length_m: fate.path_length_m,
         path_ratio: fate.path_ratio,
+        time_lost_s: fate.time_lost_s,
         contacts: fate.contacts,
         tasks_done: fate.tasks_done,
         goals_done: fate.goals_done,
         deadlocked: fate.stall == Some(Stall::Deadlocked),
         state: state_of(fate),
+        stall: fate.stall,
+        end_speed_mps: fate.end_speed_mps,
         final_distance_m: fate.final_distance_m,
         planner_state: fate.plan,
         ldj: fate.ldj,
+        reversals: fate.reversals,
+        reversals_per_m: per(f64::from(fate.reversals), fate.path_length_m),
         gone: fate.gone,
     }
 }
@@ -241,6 +255,11 @@ fn name_of(facts: &RunFacts, robot: RobotIndex) -> String {
 
 fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// A number per unit of something, of which there may be nothing.
+fn per(number: f64, of: f64) -> Option<f64> {
+    (of > 0.0).then(|| number / of)
 }
 
 fn max(values: impl Iterator<Item = f64>) -> Option<f64> {

@@ -22,7 +22,7 @@ pub use layout::{Column, Page, cut, table};
 
 use model::{
     Cause, EventName, Gone, Mode, Outcome, PerCause, PerMetric, Physics, PlanState, RobotIndex, RobotInstance,
-    RobotState, Scenario,
+    RobotState, Scenario, Stall,
 };
 use serde::{Deserialize, Serialize};
 
@@ -312,6 +312,19 @@ pub struct OutcomeReport {
     pub path_ratio_mean: Option<f64>,
     /// The largest of the same.
     pub path_ratio_max: Option<f64>,
+    /// Time minus that of the shortest free path at the greatest speed, mean over those that arrived, s; null where it is
+    /// undefined.
+    #[serde(default)]
+    pub time_lost_s_mean: Option<f64>,
+    /// The largest of the same, s.
+    #[serde(default)]
+    pub time_lost_s_max: Option<f64>,
+    /// Goals reached by all robots, including robots that have left.
+    #[serde(default)]
+    pub goals_done: u64,
+    /// Goals reached per second of simulated time, the throughput of a flow; null before the first tick.
+    #[serde(default)]
+    pub throughput_per_s: Option<f64>,
     /// Times that two robots began to overlap.
     pub robot_contacts: u64,
     /// Times that a robot began to overlap an obstacle.
@@ -330,6 +343,9 @@ pub struct OutcomeReport {
     pub oscillating: usize,
     /// Log dimensionless jerk, 0 is best, mean over the robots that moved.
     pub ldj_mean: Option<f64>,
+    /// Reversals of the direction of driving, of all robots together, per metre of their paths; null if none moved.
+    #[serde(default)]
+    pub reversals_per_m: Option<f64>,
     /// Share of robot-ticks in which the safety filter changed the command; null without a filter.
     pub filter_interventions: Option<f64>,
     /// By how much it changed those, as a share of the greatest speed, mean; null if it changed none.
@@ -362,6 +378,9 @@ pub struct RobotReport {
     pub path_length_m: f64,
     /// Against the shortest free path; null where that is undefined.
     pub path_ratio: Option<f64>,
+    /// Its time minus that of the shortest free path at its greatest speed, s; null where that is undefined.
+    #[serde(default)]
+    pub time_lost_s: Option<f64>,
     /// Contacts it was part of.
     pub contacts: u64,
     /// Goals reached that came as tasks.
@@ -373,6 +392,12 @@ pub struct RobotReport {
     /// What became of it.
     #[serde(default)]
     pub state: RobotState,
+    /// How it got nowhere at the end, whatever its planner said; null if it did not, or had arrived.
+    #[serde(default)]
+    pub stall: Option<Stall>,
+    /// Mean speed over the last 10 s, m/s; null if it had arrived or did not take part at the end.
+    #[serde(default)]
+    pub end_speed_mps: Option<f64>,
     /// From where it was last to its present or last goal, m; null if it never was in the world.
     #[serde(default)]
     pub final_distance_m: Option<f64>,
@@ -381,6 +406,12 @@ pub struct RobotReport {
     pub planner_state: PlanState,
     /// Log dimensionless jerk, 0 is best.
     pub ldj: Option<f64>,
+    /// How often it reversed its direction of driving until it arrived, or in all.
+    #[serde(default)]
+    pub reversals: u32,
+    /// The same per metre of its path; null if it did not move.
+    #[serde(default)]
+    pub reversals_per_m: Option<f64>,
     /// Why it was not there at the end.
     pub gone: Option<Gone>,
 }

@@ -85,6 +85,8 @@ fn outcome(robots: usize) -> Outcome {
         arrived_tick: Some(500 + 25 * slot as u64),
         path_length_m: 10.0 + 0.1 * slot as f64,
         path_ratio: Some(1.0 + 0.01 * slot as f64),
+        time_lost_s: Some(0.1 + 0.5 * slot as f64),
+        reversals: slot as u32,
         goals_done: 1,
         ldj: Some(8.0),
         ..RobotOutcome::default()
@@ -94,6 +96,7 @@ fn outcome(robots: usize) -> Outcome {
         trajectory_hash: 0x0123_4567_89ab_cdef,
         robots: (0..robots).map(fate).collect(),
         min_clearance_m: Some(0.312),
+        goals_done: robots as u64,
         events: (0..robots).map(|robot| joined(0, robot as u32)).collect(),
         ..Outcome::default()
     }
@@ -209,7 +212,7 @@ fn failures() -> RunFacts {
     facts.outcome.min_clearance_m = Some(-0.041);
     for slot in 20..25 {
         let fate = &mut facts.outcome.robots[slot];
-        (fate.arrived, fate.time_s, fate.path_ratio) = (false, None, None);
+        (fate.arrived, fate.time_s, fate.path_ratio, fate.time_lost_s) = (false, None, None, None);
         fate.stall = match slot {
             20 | 21 => Some(Stall::Deadlocked),
             22 => Some(Stall::Livelocked),
@@ -239,7 +242,7 @@ fn interrupted() -> RunFacts {
     facts.outcome.ticks = 505;
     for slot in [1, 2] {
         let fate = &mut facts.outcome.robots[slot];
-        (fate.arrived, fate.time_s, fate.path_ratio) = (false, None, None);
+        (fate.arrived, fate.time_s, fate.path_ratio, fate.time_lost_s) = (false, None, None, None);
     }
     facts
 }
@@ -332,11 +335,13 @@ fn every_field_of_the_contract_is_there() {
     check(
         &json["outcome"],
         "arrived arrived_all succeeded makespan_s flowtime_s mean_time_s path_length_m path_ratio_mean robot_contacts \
-         obstacle_contacts min_clearance_m min_obstacle_clearance_m deadlocked livelocked oscillating ldj_mean filter_interventions",
+         obstacle_contacts min_clearance_m min_obstacle_clearance_m deadlocked livelocked oscillating ldj_mean filter_interventions \
+         time_lost_s_mean time_lost_s_max goals_done throughput_per_s reversals_per_m",
     );
     check(
         &json["per_robot"][0],
-        "id planner incarnation pid arrived time_s path_length_m path_ratio contacts tasks_done state final_distance_m",
+        "id planner incarnation pid arrived time_s path_length_m path_ratio contacts tasks_done state final_distance_m \
+         time_lost_s stall end_speed_mps reversals reversals_per_m",
     );
     check(
         &json["latency"],
@@ -391,6 +396,53 @@ fn outcome_fields_follow_their_definitions() {
     let report = assemble(facts);
     assert_eq!((report.robots, report.exit_code), (3, 1), "a robot that never joined has not arrived");
     assert_eq!(report.per_robot[1].gone, Some(Gone::NeverJoined));
+}
+
+#[test]
+fn lost_time_goals_and_reversals_follow_their_definitions() {
+    let outcome = assemble(single()).outcome;
+    assert_eq!((outcome.time_lost_s_mean, outcome.time_lost_s_max), (Some(0.6), Some(1.1)));
+    assert_eq!((outcome.goals_done, outcome.throughput_per_s), (3, Some(0.25)), "3 in 600 ticks at 50 Hz");
+    // 0, 1 and 2 reversals on 10, 10.1 and 10.2 m: of the fleet, all by all, and not the mean of the robots'.
+    assert_eq!(outcome.reversals_per_m, Some(3.0 / (10.0 + 10.1 + 10.2)));
+    let robots = assemble(single()).per_robot;
+    assert_eq!((robots[2].reversals, robots[2].reversals_per_m), (2, Some(2.0 / 10.2)));
+    assert_eq!(robots[0].reversals_per_m, Some(0.0));
+
+    // A patrol, a robot that stands and whose planner gave up, and one of which nothing can be said.
+    let mut facts = single();
+    facts.outcome.goals_done = 90;
+    facts.robots[0].rounds = None;
+    for fate in &mut facts.outcome.robots {
+        (fate.arrived, fate.time_s, fate.path_ratio, fate.time_lost_s) = (false, None, None, None);
+    }
+    let stuck = &mut facts.outcome.robots[1];
+    (stuck.stall, stuck.plan, stuck.end_speed_mps) = (Some(Stall::Oscillating), PlanState::GaveUp, Some(0.4));
+    let still = &mut facts.outcome.robots[2];
+    (still.path_length_m, still.reversals) = (0.0, 0);
+    let report = assemble(facts.clone());
+    assert_eq!((report.outcome.time_lost_s_mean, report.outcome.time_lost_s_max), (None, None));
+    assert_eq!(report.outcome.throughput_per_s, Some(7.5));
+    let robot = &report.per_robot[1];
+    assert_eq!(
+        (robot.state, robot.stall),
+        (RobotState::GaveUp, Some(Stall::Oscillating)),
+        "one does not hide the other"
+    );
+    assert_eq!((robot.end_speed_mps, report.outcome.oscillating), (Some(0.4), 1));
+    assert_eq!(report.per_robot[2].reversals_per_m, None);
+    let text = render(&report, Style { width: 80, color: false });
+    assert!(text.contains("  goals           90 reached, 7.500 per s\n"), "{text}");
+    assert!(!text.contains("lost"), "{text}");
+
+    facts.outcome.goals_done = 0;
+    let text = render(&assemble(facts.clone()), Style { width: 80, color: false });
+    assert!(text.contains("  goals           0 reached, 0.000 per s\n"), "a flow that stands still: {text}");
+
+    facts.outcome.ticks = 0;
+    (facts.outcome.robots[0].path_length_m, facts.outcome.robots[1].path_length_m) = (0.0, 0.0);
+    let outcome = assemble(facts).outcome;
+    assert_eq!((outcome.throughput_per_s, outcome.reversals_per_m), (None, None));
 }
 
 #[test]

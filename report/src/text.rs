@@ -192,6 +192,15 @@ fn outcome(page: &mut Page, report: &Report) {
             outcome.makespan_s.map_or_else(String::new, |makespan_s| format!("makespan {makespan_s:.2} s, "));
         page.row("time", &format!("{makespan}mean {mean_s:.2} s, flowtime {flowtime_s:.2} s"));
     }
+    if let (Some(mean_s), Some(max_s)) = (outcome.time_lost_s_mean, outcome.time_lost_s_max) {
+        let lost = format!("mean {} s, at most {} s over the fastest free path", fixed(mean_s, 2), fixed(max_s, 2));
+        page.row("time lost", &lost);
+    }
+    // Where every robot has one goal, this is what `arrived` says; a flow that stands still has reached none.
+    let flows = outcome.goals_done > outcome.arrived as u64 || report.per_robot.iter().any(|robot| robot.patrols);
+    if let Some(throughput) = outcome.throughput_per_s.filter(|_| flows) {
+        page.row("goals", &format!("{} reached, {} per s", outcome.goals_done, fixed(throughput, 3)));
+    }
     let ratio = match (outcome.path_ratio_mean, outcome.path_ratio_max) {
         (Some(mean), Some(max)) => format!(", {mean:.3} x the shortest (worst {max:.3})"),
         _ => String::new(),
@@ -216,7 +225,9 @@ fn outcome(page: &mut Page, report: &Report) {
         page.row("filter", &format!("changed {} % of the commands{by}", fixed(100.0 * share, 1)));
     }
     if let Some(ldj) = outcome.ldj_mean {
-        page.row("smoothness", &format!("{} (LDJ, 0 is best)", fixed(ldj, 2)));
+        let reversals =
+            outcome.reversals_per_m.map_or_else(String::new, |per_m| format!(", {} reversals per m", fixed(per_m, 3)));
+        page.row("smoothness", &format!("{} (LDJ, 0 is best){reversals}", fixed(ldj, 2)));
     }
     page.row("trajectory hash", &report.trajectory_hash);
 }
@@ -349,6 +360,7 @@ fn robots(page: &mut Page, report: &Report) {
         Column::right("time s", 0),
         Column::right("path m", 1),
         Column::right("ratio", 2),
+        Column::right("lost s", 7),
         Column::right("contacts", 3),
         Column::right("tasks", 4),
         Column::right("pid", 6),
@@ -372,12 +384,14 @@ fn robot_row(robot: &RobotReport, report: &Report) -> Vec<String> {
         (None, state) => state.word(),
     };
     let tasks = report.per_robot.iter().any(|robot| robot.tasks_done > 0);
+    let lost = report.per_robot.iter().any(|robot| robot.time_lost_s.is_some());
     vec![
         robot.id.clone(),
         if report.planner == "mixed" { robot.planner.clone() } else { String::new() },
         robot.time_s.filter(|_| robot.arrived).map_or("-".to_string(), |time_s| format!("{time_s:.2}")),
         format!("{:.2}", robot.path_length_m),
         robot.path_ratio.map_or("-".to_string(), |ratio| format!("{ratio:.3}")),
+        robot.time_lost_s.map_or_else(|| if lost { "-".to_string() } else { String::new() }, |lost_s| fixed(lost_s, 2)),
         robot.contacts.to_string(),
         if tasks { robot.tasks_done.to_string() } else { String::new() },
         robot.pid.map_or_else(String::new, |pid| pid.to_string()),

@@ -10,7 +10,7 @@ type Figure = fn(&Row) -> Option<f64>;
 type Comparison = fn(f64, f64) -> bool;
 
 /// The metrics of assertions: name and figure.
-const METRICS: [(&str, Figure); 13] = [
+const METRICS: [(&str, Figure); 16] = [
     // Share of runs in which all robots arrived and nothing touched.
     ("success", |row| Some(row.success_rate)),
     // Share of robots that arrived.
@@ -27,10 +27,16 @@ const METRICS: [(&str, Figure); 13] = [
     ("makespan_ratio", |row| row.against_baseline.as_ref().and_then(|paired| paired.makespan_ratio)),
     // Mean ratio to the shortest path.
     ("path_ratio", |row| row.path_ratio_mean),
+    // Mean time lost against the shortest path at the greatest speed, s.
+    ("time_lost", |row| row.time_lost_s_mean),
+    // Mean of goals per second of simulated time.
+    ("throughput", |row| row.throughput_per_s_mean),
     // Smallest clearance between robots, m.
     ("clearance", |row| row.min_clearance_m),
     // Mean smoothness.
     ("ldj", |row| row.ldj_mean),
+    // Mean number of reversals per metre.
+    ("reversals_per_m", |row| row.reversals_per_m_mean),
     // Robots of all runs together.
     ("deadlocked", |row| Some(row.deadlocked as f64)),
     // Robots of all runs together.

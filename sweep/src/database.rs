@@ -14,7 +14,7 @@ const DRAFT: &str = ".sweep.db.tmp";
 /// `shos`: says whose file it is.
 const APPLICATION_ID: i32 = 0x7368_6f73;
 /// Goes up when the tables change.
-const SCHEMA_VERSION: i32 = 1;
+const SCHEMA_VERSION: i32 = 2;
 
 const SCHEMA: &str = "
 CREATE TABLE run (
@@ -33,9 +33,13 @@ CREATE TABLE run (
     flowtime_s REAL,
     mean_time_s REAL,
     path_ratio_mean REAL,
+    time_lost_s_mean REAL,
+    goals_done INTEGER NOT NULL,
+    throughput_per_s REAL,
     min_clearance_m REAL,
     min_obstacle_clearance_m REAL,
     ldj_mean REAL,
+    reversals_per_m REAL,
     deadlocked INTEGER NOT NULL,
     livelocked INTEGER NOT NULL,
     oscillating INTEGER NOT NULL,
@@ -52,10 +56,14 @@ CREATE TABLE robot (
     time_s REAL,
     path_length_m REAL NOT NULL,
     path_ratio REAL,
+    time_lost_s REAL,
+    goals_done INTEGER NOT NULL,
     contacts INTEGER NOT NULL,
     final_distance_m REAL,
     state TEXT NOT NULL,
+    end_speed_mps REAL,
     ldj REAL,
+    reversals_per_m REAL,
     PRIMARY KEY (run, slot)
 ) WITHOUT ROWID;
 ";
@@ -92,8 +100,8 @@ fn fill(path: &Path, plan: &Plan, records: &[Record]) -> rusqlite::Result<()> {
     transaction.pragma_update(None, "user_version", SCHEMA_VERSION)?;
     {
         let marks = |n: usize| vec!["?"; n].join(", ");
-        let mut run = transaction.prepare(&format!("INSERT INTO run VALUES ({})", marks(24)))?;
-        let mut robot = transaction.prepare(&format!("INSERT INTO robot VALUES ({})", marks(12)))?;
+        let mut run = transaction.prepare(&format!("INSERT INTO run VALUES ({})", marks(28)))?;
+        let mut robot = transaction.prepare(&format!("INSERT INTO robot VALUES ({})", marks(16)))?;
         for record in records {
             let varied = serde_json::to_string(&record.varied).expect("texts");
             run.execute(params![
@@ -112,9 +120,13 @@ fn fill(path: &Path, plan: &Plan, records: &[Record]) -> rusqlite::Result<()> {
                 record.flowtime_s,
                 record.mean_time_s,
                 record.path_ratio_mean,
+                record.time_lost_s_mean,
+                record.goals_done as i64,
+                record.throughput_per_s,
                 record.min_clearance_m,
                 record.min_obstacle_clearance_m,
                 record.ldj_mean,
+                record.reversals_per_m,
                 record.deadlocked as i64,
                 record.livelocked as i64,
                 record.oscillating as i64,
@@ -134,10 +146,14 @@ fn fill(path: &Path, plan: &Plan, records: &[Record]) -> rusqlite::Result<()> {
                     time_s,
                     path_length_m,
                     path_ratio,
+                    fate.time_lost_s,
+                    fate.goals_done,
                     contacts,
                     fate.final_distance_m,
                     fate.state,
-                    fate.ldj
+                    fate.end_speed_mps,
+                    fate.ldj,
+                    fate.reversals_per_m
                 ];
                 robot.execute(row)?;
             }

@@ -43,12 +43,21 @@ pub struct Record {
     pub mean_time_s: Option<f64>,
     /// Path against the shortest free path, mean over those that arrived; null where it is undefined.
     pub path_ratio_mean: Option<f64>,
+    /// Time minus that of the shortest free path at the greatest speed, mean over those that arrived, s; null where it is
+    /// undefined.
+    pub time_lost_s_mean: Option<f64>,
+    /// Goals reached by all robots.
+    pub goals_done: u64,
+    /// The same per second of simulated time.
+    pub throughput_per_s: Option<f64>,
     /// Smallest swept clearance between two robots, m.
     pub min_clearance_m: Option<f64>,
     /// Smallest swept clearance between a robot and an obstacle, m.
     pub min_obstacle_clearance_m: Option<f64>,
     /// Smoothness (log dimensionless jerk), mean over the robots; 0 is best.
     pub ldj_mean: Option<f64>,
+    /// Reversals of the direction of driving per metre of path, all robots together.
+    pub reversals_per_m: Option<f64>,
     /// Robots that stood still short of their goals.
     pub deadlocked: usize,
     /// Robots that drove without coming nearer.
@@ -80,14 +89,22 @@ pub struct RobotRecord {
     pub path_length_m: f64,
     /// Against the shortest free path.
     pub path_ratio: Option<f64>,
+    /// Its time minus that of the shortest free path at its greatest speed, s.
+    pub time_lost_s: Option<f64>,
+    /// Goals that it reached.
+    pub goals_done: u32,
     /// Contacts that it was part of.
     pub contacts: u64,
     /// How far from its goal it was at the end, m.
     pub final_distance_m: Option<f64>,
     /// How it was at the end, as in the report.
     pub state: String,
+    /// Mean speed over the last 10 s, m/s; null if it had arrived or did not take part at the end.
+    pub end_speed_mps: Option<f64>,
     /// Smoothness.
     pub ldj: Option<f64>,
+    /// Reversals of the direction of driving per metre of its path.
+    pub reversals_per_m: Option<f64>,
 }
 
 /// Time that a run took.
@@ -123,9 +140,13 @@ impl Record {
             flowtime_s: outcome.flowtime_s,
             mean_time_s: outcome.mean_time_s,
             path_ratio_mean: outcome.path_ratio_mean,
+            time_lost_s_mean: outcome.time_lost_s_mean,
+            goals_done: outcome.goals_done,
+            throughput_per_s: outcome.throughput_per_s,
             min_clearance_m: outcome.min_clearance_m,
             min_obstacle_clearance_m: outcome.min_obstacle_clearance_m,
             ldj_mean: outcome.ldj_mean,
+            reversals_per_m: outcome.reversals_per_m,
             deadlocked: outcome.deadlocked,
             livelocked: outcome.livelocked,
             oscillating: outcome.oscillating,
@@ -181,10 +202,14 @@ impl RobotRecord {
             time_s: robot.time_s,
             path_length_m: robot.path_length_m,
             path_ratio: robot.path_ratio,
+            time_lost_s: robot.time_lost_s,
+            goals_done: robot.goals_done,
             contacts: robot.contacts,
             final_distance_m: robot.final_distance_m,
             state: robot.state.word().to_owned(),
+            end_speed_mps: robot.end_speed_mps,
             ldj: robot.ldj,
+            reversals_per_m: robot.reversals_per_m,
         }
     }
 }

@@ -44,12 +44,20 @@ pub struct Row {
     pub makespan_s_max: Option<f64>,
     /// Mean of the runs' mean path ratios.
     pub path_ratio_mean: Option<f64>,
+    /// Mean of the runs' mean lost times, s.
+    pub time_lost_s_mean: Option<f64>,
+    /// Goals reached by all robots, in all runs.
+    pub goals_done: u64,
+    /// Mean of the runs' goals per second of simulated time.
+    pub throughput_per_s_mean: Option<f64>,
     /// The smallest clearance between robots of all runs, m.
     pub min_clearance_m: Option<f64>,
     /// The same to obstacles, m.
     pub min_obstacle_clearance_m: Option<f64>,
     /// Mean of the runs' mean smoothness.
     pub ldj_mean: Option<f64>,
+    /// Mean of the runs' reversals per metre.
+    pub reversals_per_m_mean: Option<f64>,
     /// Robots that stood still short of their goals, in all runs.
     pub deadlocked: usize,
     /// Robots that drove without coming nearer, in all runs.
@@ -108,9 +116,13 @@ impl Row {
             makespan_s_min: makespans.iter().copied().reduce(f64::min),
             makespan_s_max: makespans.iter().copied().reduce(f64::max),
             path_ratio_mean: mean(&known(|run| run.path_ratio_mean)),
+            time_lost_s_mean: mean(&known(|run| run.time_lost_s_mean)),
+            goals_done: runs.iter().map(|run| run.goals_done).sum(),
+            throughput_per_s_mean: mean(&known(|run| run.throughput_per_s)),
             min_clearance_m: least(|run| run.min_clearance_m),
             min_obstacle_clearance_m: least(|run| run.min_obstacle_clearance_m),
             ldj_mean: mean(&known(|run| run.ldj_mean)),
+            reversals_per_m_mean: mean(&known(|run| run.reversals_per_m)),
             deadlocked: count(|run| run.deadlocked),
             livelocked: count(|run| run.livelocked),
             oscillating: count(|run| run.oscillating),

@@ -23,7 +23,7 @@ impl Style {
 }
 
 /// Where there is no room, columns with larger numbers go first.
-const ROWS: [Column; 11] = [
+const ROWS: [Column; 13] = [
     Column::left("planner", 0, 18),
     Column::left("varied", 0, 26),
     Column::right("success", 0),
@@ -35,6 +35,8 @@ const ROWS: [Column; 11] = [
     Column::right("ratio", 2),
     Column::right("95 %", 7),
     Column::right("diff s", 8),
+    Column::right("goals/s", 0),
+    Column::right("lost s", 9),
 ];
 
 const PLANNERS: [Column; 5] = [
@@ -50,15 +52,16 @@ pub fn render(summary: &Summary, style: &Style) -> String {
     let mut page = Page::new(style.page.width);
     headline(&mut page, summary);
     let mut rows = &summary.rows[..];
+    let mut shows_lost = false;
     while let Some(first) = rows.first() {
         let (these, others) = rows.split_at(rows.iter().take_while(|row| row.scenario == first.scenario).count());
-        scenario(&mut page, these);
+        shows_lost |= scenario(&mut page, these);
         rows = others;
     }
     if summary.planners.len() > 1 || summary.rows.len() > summary.planners.len() {
         planners(&mut page, summary);
     }
-    legend(&mut page, summary);
+    legend(&mut page, summary, shows_lost);
     failures(&mut page, &summary.failures, style.failures_max);
     assertions(&mut page, summary);
     let text = page.into_text();
@@ -103,12 +106,14 @@ fn headline(page: &mut Page, summary: &Summary) {
     }
 }
 
-fn scenario(page: &mut Page, rows: &[Row]) {
+/// The rows of a scenario. Whether there was room for the time that is lost.
+fn scenario(page: &mut Page, rows: &[Row]) -> bool {
     page.gap();
     page.words(&rows[0].scenario, 2);
     let cells: Vec<Vec<String>> = rows.iter().map(cells).collect();
-    for line in table(&ROWS, &cells, 2, page.width()) {
-        page.line(&line);
+    let lines = table(&ROWS, &cells, 2, page.width());
+    for line in &lines {
+        page.line(line);
     }
     let alike = rows.iter().filter(|row| row.trajectories == 1 && row.runs > 1).count();
     if alike > 0 {
@@ -116,6 +121,7 @@ fn scenario(page: &mut Page, rows: &[Row]) {
         let why = "the runs of such a row are one run, and its intervals mean nothing";
         page.words(&format!("! the seed changes nothing {which}: {why}"), 2);
     }
+    lines[0].ends_with("lost s")
 }
 
 fn cells(row: &Row) -> Vec<String> {
@@ -137,6 +143,9 @@ fn cells(row: &Row) -> Vec<String> {
         paired.map_or_else(String::new, |paired| number(paired.makespan_ratio, 3)),
         paired.map_or_else(String::new, |paired| interval(paired.makespan_ratio_95, 2)),
         paired.map_or_else(String::new, |paired| number(paired.difference_s_median, 2)),
+        // Where all robots go round forever there is nothing else to compare.
+        if row.robots_due == 0 { number(row.throughput_per_s_mean, 3) } else { String::new() },
+        row.time_lost_s_mean.map_or_else(String::new, |lost_s| fixed(lost_s, 2)),
     ]
 }
 
@@ -186,7 +195,7 @@ fn planners(page: &mut Page, summary: &Summary) {
     }
 }
 
-fn legend(page: &mut Page, summary: &Summary) {
+fn legend(page: &mut Page, summary: &Summary, shows_lost: bool) {
     page.gap();
     let ratio = match &summary.baseline {
         Some(baseline) => format!(
@@ -195,10 +204,18 @@ fn legend(page: &mut Page, summary: &Summary) {
         ),
         None => String::new(),
     };
+    let lost = if shows_lost {
+        " lost s: time over that of the shortest path at top speed, mean of those that arrived."
+    } else {
+        ""
+    };
+    let flows = summary.rows.iter().any(|row| row.robots_due == 0);
+    let goals =
+        if flows { " goals/s: goals reached per second of simulated time, where no robot is to arrive." } else { "" };
     page.words(
         &format!(
             "success: all robots arrived and nothing touched (95 %: Wilson); a scenario is clean if every run succeeds. \
-             makespan: median of the successful runs, s (95 %: bootstrap).{ratio}"
+             makespan: median of the successful runs, s (95 %: bootstrap).{ratio}{goals}{lost}"
         ),
         0,
     );

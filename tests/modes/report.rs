@@ -51,8 +51,13 @@ const OUTCOME: &[(&str, When)] = &[
     ("obstacle_contacts", Always),
     ("min_clearance_m", Always),
     ("min_obstacle_clearance_m", Always),
+    ("time_lost_s_mean", Always),
+    ("time_lost_s_max", Always),
+    ("goals_done", Always),
+    ("throughput_per_s", Always),
     ("deadlocked", Always),
     ("ldj_mean", Always),
+    ("reversals_per_m", Always),
     ("filter_interventions", Never),
 ];
 const ROBOT: &[(&str, When)] = &[
@@ -66,6 +71,11 @@ const ROBOT: &[(&str, When)] = &[
     ("path_ratio", Always),
     ("contacts", Always),
     ("tasks_done", Always),
+    ("time_lost_s", Always),
+    ("stall", Never),
+    ("end_speed_mps", Never),
+    ("reversals", Always),
+    ("reversals_per_m", Always),
 ];
 const LATENCY: &[(&str, When)] = &[
     ("pose_age_us", Processes),
@@ -142,6 +152,10 @@ pub(crate) fn check_form(report: &Value, mode: &str) {
     assert!(near(number(&outcome["flowtime_s"]), sum("time_s")));
     assert!(near(number(&outcome["mean_time_s"]), sum("time_s") / robots.len() as f64));
     assert!(near(number(&outcome["path_ratio_mean"]), sum("path_ratio") / robots.len() as f64));
+    assert!(near(number(&outcome["time_lost_s_mean"]), sum("time_lost_s") / robots.len() as f64));
+    assert!(near(number(&outcome["goals_done"]), sum("goals_done")));
+    assert!(near(number(&outcome["throughput_per_s"]), sum("goals_done") / number(&report["sim_time_s"])));
+    assert!(near(number(&outcome["reversals_per_m"]), sum("reversals") / sum("path_length_m")));
     let touched = 2.0 * number(&outcome["robot_contacts"]) + number(&outcome["obstacle_contacts"]);
     assert_eq!(sum("contacts"), touched, "a contact of two robots counts for both");
     for event in events {

@@ -16,6 +16,11 @@ fn check(scenario: &model::Scenario) -> (u64, u64) {
     };
     same("makespan_s", told.makespan_s, truth.makespan_s);
     same("flowtime_s", told.flowtime_s, Some(truth.flowtime_s).filter(|_| truth.arrived > 0));
+    let goals: u64 = report.per_robot.iter().map(|robot| u64::from(robot.goals_done)).sum();
+    assert_eq!(told.goals_done, goals, "{what}: goals_done");
+    same("throughput_per_s", told.throughput_per_s, Some(goals as f64 / report.sim_time_s).filter(|x| x.is_finite()));
+    let turned_back = f64::from(truth.reversals.iter().sum::<u32>());
+    same("reversals_per_m", told.reversals_per_m, Some(turned_back / truth.path_length_m).filter(|x| x.is_finite()));
     same("path_length_m", Some(told.path_length_m), Some(truth.path_length_m));
     let arms = scenario.robots.iter().any(|robot| robot.arm.is_some());
     let clearance = |name: &str, told: Option<f64>, truth: Option<f64>| match (told, truth) {
@@ -31,6 +36,14 @@ fn check(scenario: &model::Scenario) -> (u64, u64) {
     for (slot, robot) in report.per_robot.iter().enumerate() {
         assert_eq!(robot.contacts, truth.contacts[slot], "{what}: contacts of `{}`", robot.id);
         same(&format!("path of `{}`", robot.id), Some(robot.path_length_m), Some(truth.paths_m[slot]));
+        assert_eq!(robot.reversals, truth.reversals[slot], "{what}: reversals of `{}`", robot.id);
+        let fair = robot
+            .time_lost_s
+            .is_none_or(|lost_s| lost_s >= -1e-6 && robot.time_s.is_some_and(|time_s| lost_s <= time_s));
+        assert!(fair, "{what}: `{}` lost {:?} s of {:?} s", robot.id, robot.time_lost_s, robot.time_s);
+        // Only where the shortest way is no way at all there is the one and not the other.
+        let alike = robot.time_lost_s.is_some() == robot.path_ratio.is_some() || robot.time_lost_s == robot.time_s;
+        assert!(alike, "{what}: `{}`: {:?}, {:?}", robot.id, robot.time_lost_s, robot.path_ratio);
         let possible = robot.path_ratio.is_none_or(|ratio| ratio >= 1.0 - 1e-6);
         assert!(possible, "{what}: `{}` drove {:?} x the shortest way", robot.id, robot.path_ratio);
     }

@@ -35,6 +35,8 @@ pub struct Truth {
     pub path_length_m: f64,
     /// The same of every robot, by slot.
     pub paths_m: Vec<f64>,
+    /// How often each robot reversed its direction until it arrived, or in all, by slot.
+    pub reversals: Vec<u32>,
     /// Times that two robots began to overlap.
     pub robot_contacts: u64,
     /// Times that a robot began to overlap an obstacle.
@@ -54,7 +56,11 @@ pub struct Truth {
 pub fn recompute(scenario: &Scenario, frames: &[Frame]) -> Truth {
     let robots = scenario.robots.len();
     let dt_s = scenario.clock.dt_s();
-    let mut truth = Truth { paths_m: vec![0.0; robots], contacts: vec![0; robots], ..Truth::default() };
+    let mut truth =
+        Truth { paths_m: vec![0.0; robots], reversals: vec![0; robots], contacts: vec![0; robots], ..Truth::default() };
+    // By slot: the ends of the ticks that the robot drove, and how many there were when it arrived.
+    let mut driven: Vec<Vec<Point2<f64>>> = vec![Vec::new(); robots];
+    let mut driven_until: Vec<usize> = vec![0; robots];
     let mut referees: Vec<Referee<'_>> = scenario.robots.iter().map(Referee::new).collect();
     let mut touching: HashSet<Pair> = HashSet::new();
     let (mut clearance_m, mut obstacle_clearance_m) = (f64::INFINITY, f64::INFINITY);
@@ -80,7 +86,14 @@ pub fn recompute(scenario: &Scenario, frames: &[Frame]) -> Truth {
             }
             truth.paths_m[way.slot] += (way.to - way.from).norm();
             if !way.silent {
+                let ends = &mut driven[way.slot];
+                let first = Some(way.from).filter(|_| ends.is_empty());
+                ends.extend(first.into_iter().chain([way.to]));
+                let arrived_before = referee.arrival;
                 referee.judge([way.from, way.to], tick + 1, dt_s, truth.paths_m[way.slot]);
+                if referee.arrival.is_some() && referee.arrival != arrived_before {
+                    driven_until[way.slot] = ends.len();
+                }
             }
             let (says, is) = (way.arrived, referee.arrival.is_some());
             assert_eq!(says, is, "tick {}: whether `{}` has arrived", tick + 1, scenario.robots[way.slot].id);
@@ -150,10 +163,27 @@ pub fn recompute(scenario: &Scenario, frames: &[Frame]) -> Truth {
             }
             _ => all &= left,
         }
+        let ends = if referee.arrival.is_some() { &driven[slot][..driven_until[slot]] } else { &driven[slot][..] };
+        truth.reversals[slot] = reversals(ends, 0.01 * referee.robot.radius_m);
     }
     truth.makespan_s = latest.filter(|_| all).map(|tick| tick as f64 * dt_s);
     truth.path_length_m = truth.paths_m.iter().sum();
     truth
+}
+
+/// How often a way through these places turns back by more than 90 degrees, looked at in steps of at least this length.
+fn reversals(places: &[Point2<f64>], step_m: f64) -> u32 {
+    let mut corners: Vec<Point2<f64>> = places.first().copied().into_iter().collect();
+    for place in places {
+        let away_m = (place - corners[corners.len() - 1]).norm();
+        if away_m >= step_m && away_m > 0.0 {
+            corners.push(*place);
+        }
+    }
+    let turns_back = |at: &&[Point2<f64>]| {
+        (at[1].x - at[0].x) * (at[2].x - at[1].x) + (at[1].y - at[0].y) * (at[2].y - at[1].y) < 0.0
+    };
+    corners.windows(3).filter(turns_back).count() as u32
 }
 
 /// What a robot does in one tick.

@@ -18,7 +18,7 @@ use std::os::fd::OwnedFd;
 
 const FILES: [&str; 2] = ["checkpoint.0", "checkpoint.1"];
 const EVENTS: &str = "events";
-const MAGIC: [u8; 8] = *b"shoalCk2";
+const MAGIC: [u8; 8] = *b"shoalCk3";
 /// Magic, length and check sum of what follows: the number of the checkpoint, and the state.
 const HEADER: usize = 24;
 /// Room for the state of a robot, bytes: a usual one takes half of it.

@@ -46,6 +46,7 @@ pub(crate) struct Arrival {
     /// Driven until the edge of the tolerance, between the ticks, m.
     pub(crate) path_to_edge_m: f64,
     pub(crate) ldj: Option<f64>,
+    pub(crate) reversals: u32,
 }
 
 /// What one robot has to do, and how it does.
@@ -126,7 +127,7 @@ impl Referee {
             trespassed: false,
             path_m: 0.0,
             smoothness: Smoothness::default(),
-            trail: Trail::new(dt_s),
+            trail: Trail::new(dt_s, robot.radius_m),
             stays: None,
         }
     }
@@ -305,11 +306,12 @@ impl Referee {
         }
     }
 
-    /// A tick of the robot is over in which it took part: it drove so far (m) and ended at this velocity (m/s).
-    pub(crate) fn drove(&mut self, distance_m: f64, velocity: Vector2<f64>) {
+    /// A tick of the robot is over in which it took part: it drove so far (m) from one place to the other, and ended at this
+    /// velocity (m/s).
+    pub(crate) fn drove(&mut self, distance_m: f64, way: [Point2<f64>; 2], velocity: Vector2<f64>) {
         self.path_m += distance_m;
         self.smoothness.push(velocity, self.dt_s);
-        self.trail.drove(velocity);
+        self.trail.drove(way);
     }
 
     /// Time goes on, whether the robot takes part or not.
@@ -354,7 +356,8 @@ impl Referee {
                 None => {
                     let (path_m, ldj) = (self.path_m, self.smoothness.ldj(self.dt_s));
                     let path_to_edge_m = path_m - (1.0 - done) * (to - from).norm();
-                    self.arrival = Some(Arrival { tick, path_m, path_to_edge_m, ldj });
+                    let reversals = self.trail.reversals();
+                    self.arrival = Some(Arrival { tick, path_m, path_to_edge_m, ldj, reversals });
                     if !std::mem::replace(&mut self.counted, true) {
                         journal.note(tick, self.index, EventKind::Arrived);
                     }
@@ -376,6 +379,16 @@ impl Referee {
     /// Smoothness until it arrived, or so far.
     pub(crate) fn ldj(&self) -> Option<f64> {
         self.arrival.map_or_else(|| self.smoothness.ldj(self.dt_s), |arrival| arrival.ldj)
+    }
+
+    /// How often it reversed its direction of driving until it arrived, or so far.
+    pub(crate) fn reversals(&self) -> u32 {
+        self.arrival.map_or_else(|| self.trail.reversals(), |arrival| arrival.reversals)
+    }
+
+    /// Mean speed over the last 10 s, or since it joined, m/s.
+    pub(crate) fn speed_mps(&self, tick: u64) -> Option<f64> {
+        self.trail.speed_mps(tick, self.path_m)
     }
 
     /// Whether it gets nowhere, being here at `tick` and not at its goal; see [`crate::progress`].

@@ -93,6 +93,8 @@ pub struct World {
     contacts: Contacts,
     journal: Journal,
     hash: u64,
+    /// Goals reached by robots that have left and whose slot another robot has now.
+    goals_before: u64,
 
     // Buffers of the open tick.
     participants: Vec<RobotInstance>,
@@ -163,6 +165,7 @@ impl World {
             contacts: Contacts::new(),
             journal: Journal::default(),
             hash: 0,
+            goals_before: 0,
             participants: Vec::new(),
             due: Vec::new(),
             entered: Vec::new(),
@@ -180,7 +183,8 @@ impl World {
         world
     }
 
-    /// Gives a slot its robot, to enter at `at`. Nothing is left there of a robot that had the slot before.
+    /// Gives a slot its robot, to enter at `at`. Of a robot that had the slot before, nothing is left there; the goals that it
+    /// reached stay counted.
     fn place(&mut self, instance: RobotInstance, robot: &Robot, at: u64) {
         let slot = instance.index.at();
         for vacant in self.robots.len()..=slot {
@@ -210,6 +214,7 @@ impl World {
             solid.leave(slot);
         }
         self.presences[slot] = Presence::awaited(instance, at, robot.restart);
+        self.goals_before += self.referees[slot].as_ref().map_or(0, |before| u64::from(before.goals_done));
         self.referees[slot] = Some(referee);
         self.robots[slot] = Some(robot.clone());
     }
@@ -454,7 +459,7 @@ impl World {
             let Some(referee) = referee else { continue };
             referee.move_goal(time_s);
             if body.takes_part {
-                referee.drove(body.driven_m(), body.pose.velocity);
+                referee.drove(body.driven_m(), [body.from, body.pose.position], body.pose.velocity);
                 referee.faces(body.pose.yaw_rad);
                 referee.judge([body.from, body.pose.position], self.tick, &mut self.journal);
                 if referee.stays(self.tick, body.pose.position, body.radius_m) >= self.stuck_ticks {

@@ -31,9 +31,9 @@ interrupted or killed: runs that have ended are not repeated.
 
 An assertion is [PLANNER:]METRIC OP NUMBER and is checked for every row of the
 summary. Metrics: success, arrival, contacts, robot_contacts, obstacle_contacts,
-makespan, makespan_ratio, path_ratio, clearance, ldj, deadlocked, livelocked,
-oscillating. Exit code 1: an assertion does not hold. Without assertions, runs
-that failed do not change the exit code.")]
+makespan, makespan_ratio, path_ratio, time_lost, throughput, clearance, ldj,
+reversals_per_m, deadlocked, livelocked, oscillating. Exit code 1: an assertion
+does not hold. Without assertions, runs that failed do not change the exit code.")]
 pub struct SweepArgs {
     /// Scenario files, or names from the catalog
     #[arg(value_name = "SCENARIO", required = true)]

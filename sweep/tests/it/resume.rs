@@ -94,6 +94,40 @@ fn a_sweep_that_was_cut_anywhere_resumes_to_the_same_results() {
     assert_eq!((repeated[0], repeated.last(), repeated[repeated.len() - 2]), (16, Some(&0), 1));
 }
 
+/// Every column of a table that has the name of a field has its value.
+#[test]
+fn the_columns_of_the_database_are_the_fields_of_the_lines() {
+    use rusqlite::types::ValueRef;
+    let (plan, folder) = (plan(), tempfile::tempdir().unwrap());
+    let known = records(&plan);
+    go_on(&folder.path().join("whole"), &plan, &known);
+    let db = rusqlite::Connection::open(folder.path().join("whole/sweep.db")).unwrap();
+    let runs: Vec<serde_json::Value> = known.iter().map(|record| serde_json::to_value(record).unwrap()).collect();
+    let robots = runs.iter().flat_map(|run| run["per_robot"].as_array().unwrap().clone()).collect();
+    for (table, fields, fewest) in [("run", runs.clone(), 26), ("robot", robots, 14)] {
+        let mut query = db.prepare(&format!("SELECT * FROM {table}")).unwrap();
+        let columns: Vec<String> = query.column_names().into_iter().map(str::to_owned).collect();
+        let mut rows = query.query([]).unwrap();
+        for line in fields {
+            let row = rows.next().unwrap().expect("a row for each");
+            let named = columns.iter().zip(0..).filter(|(name, _)| line.get(*name).is_some() && *name != "varied");
+            assert_eq!(named.clone().count(), fewest, "{table}: {columns:?}");
+            for (name, place) in named {
+                let (told, found) = (&line[name], row.get_ref(place).unwrap());
+                let same = match found {
+                    ValueRef::Null => told.is_null(),
+                    ValueRef::Integer(n) => told.as_i64() == Some(n) || told.as_bool() == Some(n == 1),
+                    ValueRef::Real(x) => told.as_f64() == Some(x),
+                    ValueRef::Text(text) => told.as_str().map(str::as_bytes) == Some(text),
+                    ValueRef::Blob(_) => false,
+                };
+                assert!(same, "{table}.{name}: {found:?}, and the line has {told}");
+            }
+        }
+        assert!(rows.next().unwrap().is_none());
+    }
+}
+
 #[test]
 fn threads_do_every_run_once_and_the_first_error_ends_them() {
     let plan = plan();

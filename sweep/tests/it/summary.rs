@@ -35,6 +35,10 @@ fn fabricated(plan: &Plan) -> Vec<Record> {
             robot_contacts: u64::from(!is_baseline && seed == 5) * 3,
             obstacle_contacts: 0,
             makespan_s: arrives.then_some(makespan_s),
+            time_lost_s_mean: arrives.then_some(if is_baseline { 1.0 } else { 2.0 + seed as f64 }),
+            goals_done: 4,
+            throughput_per_s: Some(if is_baseline { 0.5 } else { 0.25 * seed.pow(2) as f64 }),
+            reversals_per_m: (seed > 0).then_some(if is_baseline { 0.0 } else { 1.0 / seed as f64 }),
             trajectory_hash: format!("{index:016x}"),
             ..template.clone()
         }
@@ -73,6 +77,22 @@ fn figures_are_those_of_the_runs() {
 }
 
 #[test]
+fn lost_time_throughput_and_reversals_are_means_of_the_runs() {
+    let summary = summary(&[]);
+    let [straight, other] = [&summary.rows[0], &summary.rows[2]];
+    assert_eq!((straight.time_lost_s_mean, straight.throughput_per_s_mean), (Some(1.0), Some(0.5)));
+    // All but seed 2 arrive: 2 to 9 s without 4 s, over seven runs.
+    assert_eq!((other.time_lost_s_mean, other.goals_done), (Some(40.0 / 7.0), 32));
+    assert_eq!(other.throughput_per_s_mean, Some(4.375), "of all eight, those that failed included");
+    let reversals = other.reversals_per_m_mean.unwrap();
+    assert!((reversals - 363.0 / 140.0 / 7.0).abs() < 1e-12, "1 + 1/2 + ... + 1/7, over seven runs: {reversals}");
+    let holds = |text: &str| self::summary(&[text]).assertions[0].holds;
+    assert!(holds("straight:time_lost<=1") && !holds("time_lost<=1") && holds("time_lost<=5.75"));
+    assert!(holds("throughput>=0.5") && !holds("throughput>0.5"));
+    assert!(holds("straight:reversals_per_m==0") && !holds("reversals_per_m<0.3") && holds("reversals_per_m<0.4"));
+}
+
+#[test]
 fn assertions_name_the_rows() {
     let holds = |text: &str| summary(&[text]).assertions[0].holds;
     assert!(holds("success>=0.75") && !holds("success>0.75") && holds("straight:success>0.75"));
@@ -88,6 +108,28 @@ fn assertions_name_the_rows() {
 fn the_text_of_a_summary() {
     let summary = summary(&["success>=0.8", "straight:contacts==0", "decentralized-apf:makespan_ratio<=1.05"]);
     insta::assert_snapshot!(text::render(&summary, &Style::file(80)));
+}
+
+#[test]
+fn a_flow_has_a_throughput_and_a_wide_page_the_time_lost() {
+    let plan = eight();
+    let arriving = fabricated(&plan);
+    let flowing: Vec<Record> = (arriving.iter().cloned())
+        .map(|record| Record { robots_due: 0, arrived: 0, makespan_s: None, time_lost_s_mean: None, ..record })
+        .collect();
+    let text = |records: &[Record], width: usize| {
+        let page = layout::Style { width, color: false };
+        let summary = summary::summarize(&plan, records, Some("straight"), &[]);
+        text::render(&summary, &Style { page, failures_max: 0 })
+    };
+    let row =
+        |text: &str| text.lines().find(|line| line.trim_start().starts_with("decentralized-apf")).unwrap().to_owned();
+    let flow = text(&flowing, 80);
+    assert!(row(&flow).ends_with("4.375") && flow.contains(" goals/s: goals"), "{flow}");
+    assert!(!flow.contains("lost"), "{flow}");
+    let wide = text(&arriving, 140);
+    assert!(row(&wide).ends_with("5.71") && wide.contains(" lost s: "), "{wide}");
+    assert!(!wide.contains("goals/s") && !text(&arriving, 80).contains("lost"), "{wide}");
 }
 
 #[test]

@@ -42,6 +42,8 @@ pub struct Checkpoint<'a> {
     heard: Cow<'a, [Vec<NeighborRef>]>,
     /// Contacts between robots, with obstacles, and by slot.
     contacts: (u64, u64, Cow<'a, [u64]>),
+    /// Goals reached by robots whose slot another robot has now.
+    goals_before: u64,
     /// Smallest clearances so far, between robots and to obstacles, m.
     clearances_m: [f64; 2],
     ended: Cow<'a, VecDeque<(TaskId, TaskStep)>>,
@@ -87,6 +89,7 @@ impl World {
             faults: Cow::Borrowed(&self.faults),
             heard: Cow::Borrowed(self.ranges.all_heard()),
             contacts: (self.contacts.robots, self.contacts.obstacles, Cow::Borrowed(&self.contacts.per_robot)),
+            goals_before: self.goals_before,
             clearances_m: [self.contacts.clearance_m, self.contacts.obstacle_clearance_m],
             ended: Cow::Borrowed(&self.journal.ended),
             events: self.journal.events.len(),
@@ -147,6 +150,7 @@ impl World {
         let (robots, obstacles, per_robot) = saved.contacts;
         (world.contacts.robots, world.contacts.obstacles) = (robots, obstacles);
         world.contacts.per_robot = per_robot.into_owned();
+        world.goals_before = saved.goals_before;
         [world.contacts.clearance_m, world.contacts.obstacle_clearance_m] = saved.clearances_m;
         events.truncate(saved.events);
         (world.journal.events, world.journal.events_lost) = (events, saved.events_lost);

@@ -20,6 +20,7 @@ impl World {
                 Some(self.robot_outcome(robot.as_ref()?, presence, referee.as_ref()?, &mut map))
                     .filter(|_| presence.joined.is_some() || presence.gone().is_some() || presence.due(self.tick))
             });
+        let goals_here = self.referees.iter().flatten().map(|referee| u64::from(referee.goals_done));
         Outcome {
             ticks: self.tick,
             trajectory_hash: self.trajectory_hash(),
@@ -30,6 +31,7 @@ impl World {
             min_obstacle_clearance_m: Some(self.contacts.obstacle_clearance_m)
                 .filter(|clearance| clearance.is_finite()),
             filter: self.filter,
+            goals_done: self.goals_before + goals_here.sum::<u64>(),
             events: self.journal.events.clone(),
             events_lost: self.journal.events_lost,
         }
@@ -45,30 +47,37 @@ impl World {
         let drives = robot.arm.is_none() && robot.goal_motion.is_none() && robot.rounds == Some(1);
         // Nor does a path through an obstacle compare with one past it.
         let comparable = !referee.tasked && !referee.trespassed && drives;
-        let path_ratio = arrival.filter(|_| comparable).and_then(|arrival| {
-            let shortest_m = map.shortest(robot.start, &robot.goals, robot.radius_m, robot.goal_tolerance_m)?;
-            (shortest_m > 0.0).then(|| arrival.path_to_edge_m / shortest_m)
-        });
+        let shortest_m = arrival
+            .filter(|_| comparable)
+            .and_then(|_| map.shortest(robot.start, &robot.goals, robot.radius_m, robot.goal_tolerance_m));
+        let ratio = |shortest_m: f64| Some(arrival?.path_to_edge_m / shortest_m);
+        let time_s = arrival.map(|arrival| (arrival.tick - joined_tick) as f64 * self.clock.dt_s());
+        // Limits of acceleration and turning are no part of the free time: it is the least that any robot could take.
+        let time_lost = |shortest_m: f64| Some(time_s? - shortest_m / robot.limits.speed_mps_max);
+        let is_under_way = arrival.is_none() && matches!(presence.state, State::Present { .. });
         let never_entered = presence.joined.is_none().then_some(Gone::NeverJoined);
         RobotOutcome {
             robot: instance.index,
             incarnation: instance.incarnation,
             arrived: arrival.is_some(),
-            time_s: arrival.map(|arrival| (arrival.tick - joined_tick) as f64 * self.clock.dt_s()),
+            time_s,
             arrived_tick: arrival.map(|arrival| arrival.tick),
             joined_tick,
             path_length_m,
-            path_ratio,
+            path_ratio: shortest_m.filter(|shortest_m| *shortest_m > 0.0).and_then(ratio),
+            time_lost_s: shortest_m.and_then(time_lost).filter(|lost_s| lost_s.is_finite()),
+            reversals: referee.reversals(),
             contacts: self.contacts.per_robot.get(slot).copied().unwrap_or(0),
             tasks_done: referee.tasks_done,
             goals_done: referee.goals_done,
             rounds_done: referee.rounds_done,
             final_distance_m: presence.joined.map(|_| referee.distance_m(self.bodies[slot].pose.position)),
             stall: Some(referee)
-                .filter(|_| arrival.is_none() && matches!(presence.state, State::Present { .. }))
+                .filter(|_| is_under_way)
                 // A method that is still looking for a way waits on purpose.
                 .filter(|_| self.plans[slot] != PlanState::Planning)
                 .and_then(|referee| self.stall(robot, slot, referee, map)),
+            end_speed_mps: referee.speed_mps(self.tick).filter(|_| is_under_way),
             plan: self.plans[slot],
             ldj: referee.ldj(),
             gone: presence.gone().or(never_entered),

@@ -20,6 +20,9 @@ fn eventful() -> Scenario {
     let within = Bounds { x_m: [-5.0, 5.0], y_m: [-5.0, 5.0] };
     robots[2].goal_motion = Some(Motion::RandomWalk { speed_mps: 0.4, turn_every_s: 0.7, within });
     robots[2].rounds = Some(1);
+    // There and back.
+    let start = robots[4].start;
+    robots[4].goals.push(start);
     (robots[3].kind, robots[3].start_yaw_rad) = (BodyKind::Unicycle, 1.0);
     for robot in &mut robots {
         (robot.radio_range_m, robot.radio_hysteresis_m) = (2.0, 0.7);
@@ -54,6 +57,8 @@ fn a_world_that_goes_on_from_any_tick_is_the_world_that_was() {
     let mut whole = Driver::new(&scenario);
     whole.until(END);
     let whole = whole.world;
+    let outcome = whole.outcome();
+    assert!(outcome.goals_done > 0 && outcome.robots.iter().any(|robot| robot.reversals > 0), "{outcome:#?}");
     assert!(whole.contacts() > 0 && whole.events().len() > 20, "something happens: {:#?}", whole.events());
     let ticks = (0..END).step_by(7).chain([1, 8, 12, 13, 15, 22, 30, 33, 35, 52, 53]);
     for (from, opened) in ticks.flat_map(|tick| [(tick, false), (tick, true)]) {

@@ -1,6 +1,6 @@
 //! Goals, tasks, times and paths.
 
-use crate::driver::{Driver, HZ, at, robot, scenario};
+use crate::driver::{Driver, HZ, at, instance, robot, scenario};
 use geometry::Capsule;
 use model::{
     BodyKind, EventName, Fault, MAX_GOALS, Motion, Obstacle, PlanState, RobotIndex, RobotOutcome, Scenario, Shape,
@@ -192,6 +192,109 @@ fn path_ratios_compare_with_the_shortest_free_way() {
     turning.robots[0].start_yaw_rad = 1.5;
     assert!((1.0..1.3).contains(&ratio(&turning)), "{}", ratio(&turning));
     assert!(run(&turning).ldj.is_some());
+}
+
+/// Runs with these x velocities (m/s), and then with none, until the tick.
+fn drive(scenario: &Scenario, ticks: usize, velocities: &[f64]) -> RobotOutcome {
+    let mut world = World::new(scenario);
+    for tick in 0..ticks {
+        let x = velocities.get(tick).copied().unwrap_or(0.0);
+        world.open(&mut |_| true);
+        world.close(&mut |_| Some(model::Drive::Velocity(nalgebra::Vector2::new(x, 0.0))));
+    }
+    world.outcome().robots.remove(0)
+}
+
+#[test]
+fn the_time_that_is_lost_is_what_the_shortest_way_would_not_have_taken() {
+    let lost = |outcome: &RobotOutcome| outcome.time_lost_s.map(|lost_s| (1e9 * lost_s).round() / 1e9);
+    // 2 m at 1 m/s, of which the tolerance is 5 cm: 1.95 s, and it is there after twenty ticks.
+    assert_eq!(lost(&run(&one())), Some(0.05));
+    let mut near = one();
+    near.robots[0].goal_tolerance_m = 0.5;
+    assert_eq!(lost(&run(&near)), Some(0.0));
+    near.robots[0].limits.speed_mps_max = 4.0;
+    assert_eq!(lost(&run(&near)), Some(0.025), "1.5 m take 0.375 s, and the fourth tick is whole");
+    near.robots[0].goals = vec![Point2::new(0.3, 0.0)];
+    assert_eq!((lost(&run(&near)), run(&near).path_ratio), (Some(0.0), None), "it is there from the start");
+    // A rest of 3 s on the way, and a way of 1 m back.
+    let waits = [&[1.0; 10][..], &[0.0; 30], &[1.0; 10]].concat();
+    assert_eq!(lost(&drive(&one(), 60, &waits)), Some(3.05));
+    let back = [&[1.0; 10][..], &[-1.0; 10], &[1.0; 20]].concat();
+    assert_eq!(lost(&drive(&one(), 60, &back)), Some(2.05));
+    // Goals on the way are part of it: 2 m, and 1 m up.
+    let mut corner = one();
+    corner.robots[0].goals.push(Point2::new(2.0, 1.0));
+    assert_eq!(lost(&run(&corner)), Some(0.15), "1.95 m, and from tolerance to tolerance 0.9 m");
+    // The way that counts goes round a wall: over its end, both discs grown by the radius.
+    let mut around = one();
+    let wall = Capsule::segment(Point2::new(1.0, -3.0), Point2::new(1.0, 0.0));
+    around.obstacles = vec![Obstacle { shape: Shape::Capsule(wall), motion: None }];
+    around.robots[0].goals = vec![Point2::new(0.0, 2.0), Point2::new(2.0, 2.0), Point2::new(2.0, 0.0)];
+    assert_eq!(run(&around).time_s, Some(6.0));
+    assert_eq!(lost(&run(&around)), Some(0.25), "three legs of 2 m");
+    around.robots[0].goals = vec![Point2::new(2.0, 0.0)];
+    assert_eq!(lost(&run(&around)), None, "it went through");
+    // Acceleration and turning are lost time too.
+    let mut slow = one();
+    slow.robots[0].limits.accel_mps2_max = 1.0;
+    assert_eq!(lost(&run(&slow)), Some(0.45), "1 m/s after ten ticks of 1 to 10 cm");
+    let mut turning = one();
+    (turning.robots[0].kind, turning.robots[0].start_yaw_rad) = (BodyKind::Unicycle, 1.5);
+    assert!(run(&turning).time_lost_s.unwrap() > 0.2, "{:?}", run(&turning));
+    // It counts from the join, and only what the scenario planned compares.
+    let mut late = one();
+    late.events = vec![at(7, TimelineAction::Join { robot: 0 })];
+    assert_eq!(lost(&run(&late)), Some(0.05));
+    late.events = vec![at(3, task([3.0, 0.0], false))];
+    assert_eq!(lost(&run(&late)), None);
+    assert_eq!(lost(&drive(&one(), 60, &[1.0; 10])), None, "it has not arrived");
+}
+
+#[test]
+fn reversals_and_the_last_speed_are_those_of_the_robot() {
+    // Two reversals until it arrives, and it goes on within the tolerance.
+    let mut scenario = one();
+    scenario.robots[0].goal_tolerance_m = 0.5;
+    let velocities = [&[1.0; 10][..], &[-1.0; 5], &[1.0; 12], &[-1.0, 1.0, -1.0, 1.0]].concat();
+    let outcome = drive(&scenario, 60, &velocities);
+    assert_eq!((outcome.arrived_tick, outcome.reversals, outcome.end_speed_mps), (Some(25), 2, None));
+    // Out of the tolerance it has not arrived, and all of them count.
+    let gone = drive(&scenario, 60, &[&velocities[..], &[-1.0; 10]].concat());
+    assert_eq!((gone.arrived, gone.reversals), (false, 7));
+    let speed = |outcome: RobotOutcome| (1e9 * outcome.end_speed_mps.unwrap()).round() / 1e9;
+    assert_eq!(speed(drive(&one(), 150, &[0.1; 10])), 0.0);
+    // The first tick is the first mark, and what was driven in it is not in the window.
+    assert_eq!(speed(drive(&one(), 41, &[0.1; 21])), 0.05);
+}
+
+#[test]
+fn goals_of_the_fleet_are_counted_however_robots_come_and_go() {
+    let mut scenario = one();
+    scenario.robots[0].goals = vec![Point2::new(1.0, 0.0), Point2::new(0.0, 0.0)];
+    scenario.robots[0].rounds = None;
+    scenario.robots.push(robot(1, [0.0, 3.0], [1.0, 3.0]));
+    scenario.events = vec![at(65, TimelineAction::Leave { robot: 0 })];
+    let mut driver = Driver::new(&scenario);
+    // A goal every ten ticks, and one of the robot that goes once.
+    let mut counts = Vec::new();
+    for tick in [9, 10, 20, 64, 70] {
+        driver.until(tick);
+        counts.push(driver.world.outcome().goals_done);
+    }
+    assert_eq!(counts, [0, 2, 3, 7, 7]);
+    // Another robot in its place: its goals come on top.
+    driver.world.order(Order::Admit { instance: instance(0, 1), robot: Box::new(robot(0, [0.0, -3.0], [0.5, -3.0])) });
+    driver.until(71);
+    let bytes = protocol::codec::encode(&driver.world.checkpoint()).unwrap();
+    driver.until(100);
+    let outcome = driver.world.outcome();
+    assert_eq!((outcome.goals_done, outcome.robots[0].goals_done), (8, 1));
+    // A world that goes on from a checkpoint has not forgotten the robot that left.
+    let checkpoint = protocol::codec::decode(&bytes).unwrap();
+    driver.world = World::resume(&scenario, checkpoint, outcome.events).unwrap();
+    driver.until(100);
+    assert_eq!(driver.world.outcome().goals_done, 8);
 }
 
 #[test]
