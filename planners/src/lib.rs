@@ -17,6 +17,7 @@ pub mod method;
 pub mod orca;
 pub mod params;
 pub mod planner;
+pub mod power_law;
 pub mod pso_via_points;
 pub mod rpoa;
 pub mod steering;
@@ -43,6 +44,7 @@ pub static METHODS: &[&Method] = &[
     &amr_apf::METHOD,
     &dapf::METHOD,
     &orca::METHOD,
+    &power_law::METHOD,
     &lanes::METHOD,
 ];
 

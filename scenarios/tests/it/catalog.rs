@@ -14,7 +14,9 @@ fn every_scenario_of_the_catalog_is_valid() {
         let scenario = resolved(entry);
         assert_eq!(scenario.name, entry.name);
         assert!(!scenario.description.is_empty(), "{} has a description", entry.name);
-        assert_eq!(scenario.expect.contacts_max, 0, "{}: no contact is the rule", entry.name);
+        // No contact is the rule; in the crowds of RVO2's demos ORCA cannot keep it.
+        let touches = entry.name.starts_with("rvo2-");
+        assert_eq!(scenario.expect.contacts_max > 0, touches, "{}", entry.name);
         for robot in &scenario.robots {
             assert!(robot.radio_range_m.is_finite() && robot.sensor_range_m.is_finite());
         }
