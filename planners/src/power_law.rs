@@ -59,6 +59,7 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps: any_speed,
+    wants_filter: false,
     build,
 };
 
