@@ -237,3 +237,99 @@ fn best_line(me: &Me<'_>, other: &Told, tick: u64) -> Option<Rule> {
     let front_m = me.at.coords.dot(&normal) + me.claim.most_m(normal) + me.radius_m;
     Some(Rule::Line { normal, offset_m: front_m + share * gap_m })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(robot: u32, x: f64, word: Option<Word>) -> Told {
+        Told {
+            robot,
+            incarnation: 0,
+            is_heard: true,
+            tick: 9,
+            at: Point2::new(x, 0.0),
+            next: None,
+            seen: None,
+            velocity: Vector2::zeros(),
+            radius_m: 0.2,
+            speed_mps_max: 1.0,
+            brake_m: 0.0,
+            promise: None,
+            word,
+        }
+    }
+
+    /// What the robot in slot 1, at the origin, says in tick 10 to another one, and what it keeps to from then on.
+    fn talk(pairs: &mut Pairs, tick: u64, other: &Told, is_out_of_reach: bool) -> (Option<Word>, Vec<Rule>) {
+        let claim = Claim::default();
+        let me = Me {
+            at: Point2::origin(),
+            velocity: Vector2::zeros(),
+            radius_m: 0.2,
+            claim: &claim,
+            reach_m: 0.1,
+            act_s: 0.1,
+            dt_s: 0.1,
+            is_out_of_reach,
+        };
+        pairs.meet(std::slice::from_ref(other));
+        pairs.talk(tick, &me, other);
+        let word = pairs.words().map(|(_, _, word)| word).next();
+        (word, pairs.rules(other.robot).collect())
+    }
+
+    #[test]
+    fn lines_are_kept_to_until_the_other_one_has_left_them() {
+        let mut pairs = Pairs::new(1);
+        let (word, rules) = talk(&mut pairs, 10, &told(2, 1.0, None), true);
+        let Some(Word::Offer { number: 10, rule: first }) = word else { panic!("{word:?}") };
+        assert_eq!(rules, [Rule::Apart, first]);
+        let Rule::Line { normal, offset_m } = first else { panic!("{first:?}") };
+        assert!((normal - Vector2::x()).norm() < 1e-12 && (offset_m - 0.5).abs() < 1e-6, "half of the gap");
+        // It has moved on; what was heard of it is still that it has accepted nothing.
+        let (word, rules) = talk(&mut pairs, 11, &told(2, 1.2, Some(Word::Accept { number: 0 })), true);
+        let Some(Word::Offer { number: 11, rule: second }) = word else { panic!("{word:?}") };
+        assert_eq!(rules, [Rule::Apart, first, second]);
+        let (_, rules) = talk(&mut pairs, 12, &told(2, 1.2, Some(Word::Accept { number: 10 })), true);
+        assert_eq!(rules[..2], [first, second]);
+    }
+
+    #[test]
+    fn only_robots_that_are_out_of_reach_give_up_their_line() {
+        for out_of_reach in [true, false] {
+            let mut pairs = Pairs::new(1);
+            talk(&mut pairs, 10, &told(2, 1.0, None), true);
+            let far = told(2, 9.0, Some(Word::Accept { number: 10 }));
+            let (_, rules) = talk(&mut pairs, 11, &far, out_of_reach);
+            assert_eq!(rules.last() == Some(&Rule::Apart), out_of_reach, "{rules:?}");
+
+            let mut pairs = Pairs::new(1);
+            let line = Rule::Line { normal: Vector2::x(), offset_m: -0.5 };
+            let offer = |number, rule| Some(Word::Offer { number, rule });
+            let (_, rules) = talk(&mut pairs, 10, &told(0, -1.0, offer(9, line)), true);
+            assert_eq!(rules, [line]);
+            let (word, rules) = talk(&mut pairs, 11, &told(0, -9.0, offer(10, Rule::Apart)), out_of_reach);
+            assert_eq!((rules[0] == Rule::Apart, rules.len()), (out_of_reach, 1));
+            assert_eq!(word, Some(Word::Accept { number: if out_of_reach { 10 } else { 9 } }));
+        }
+    }
+
+    #[test]
+    fn a_line_that_does_not_fit_is_not_accepted() {
+        let mut pairs = Pairs::new(1);
+        // It would go through the robot.
+        let line = Rule::Line { normal: Vector2::x(), offset_m: -0.1 };
+        let (word, rules) = talk(&mut pairs, 10, &told(0, -1.0, Some(Word::Offer { number: 9, rule: line })), true);
+        assert_eq!((word, rules), (Some(Word::Accept { number: 0 }), vec![Rule::Apart]));
+    }
+
+    #[test]
+    fn a_new_life_has_agreed_to_nothing() {
+        let mut pairs = Pairs::new(1);
+        talk(&mut pairs, 10, &told(2, 1.0, None), true);
+        let again = Told { incarnation: 1, ..told(2, 1.0, Some(Word::Accept { number: 10 })) };
+        let (_, rules) = talk(&mut pairs, 11, &again, true);
+        assert_eq!((rules.len(), rules[0]), (2, Rule::Apart));
+    }
+}

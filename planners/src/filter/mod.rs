@@ -5,7 +5,7 @@
 //! possible.
 //!
 //! **What a robot promises.** A command takes a body somewhere, and what has speed cannot stop at once. The *claim* of a
-//! robot is everywhere its centre may get to with its present command, braking from then on ([`claim`]). A command whose claim
+//! robot is everywhere its centre may get to with its present command, braking from then on (`claim.rs`). A command whose claim
 //! does not fit is not given. Braking always fits, because the claim of the command before held it.
 //!
 //! **Whose is what.** Each pair of robots has a line between them, and each keeps its claims on its own side. There are two ways
@@ -17,10 +17,12 @@
 //!   other one accepts them, and each keeps to every line that the other one may still rely on ([`border`]).
 //! - Without a line a robot stays out of reach of the other one: wherever that one may have got to since it was last heard of, at
 //!   its greatest speed. If it may be here already, the robot brakes. That is safe whatever the other one does while this one
-//!   moves.
+//!   moves. Where both stop at once, commands act for a tick alone and no words are counted on, half of the gap to where the other one is
+//!   seen is as safe.
 //!
 //! **What stands and moves.** Obstacles are solid. What moves is where it is seen, and goes on as it goes. Who runs into a robot that
-//! stands is not kept from it: the promise is that no robot with the filter drives into anything.
+//! stands is not kept from it: the promise is that no robot with the filter drives into another one with it, or into what stands. A
+//! robot that is heard and has no filter is something that moves.
 //!
 //! Limits: a robot that is not heard at all is an obstacle that moves. Bodies with weight (`physics = "rapier"`) do not go where
 //! their commands say, and arms are no discs: for both there is no filter.
@@ -106,6 +108,8 @@ pub struct Told {
     pub robot: u32,
     /// The life of it.
     pub incarnation: u32,
+    /// It has been heard; else all that is known of it is what is seen.
+    pub is_heard: bool,
     /// The tick of which it spoke.
     pub tick: u64,
     /// Where it was then, m.
@@ -322,7 +326,8 @@ impl Filter {
     /// Lines that the two have agreed on.
     fn draw_borders(&mut self, tick: u64, pose: &Pose, told: &[Told]) {
         self.pairs.meet(told);
-        for other in told {
+        // To whom has never been heard there is nothing to say yet.
+        for other in told.iter().filter(|other| other.is_heard) {
             let clear_m = self.clear_m(tick, pose, other);
             let act_s = f64::from(self.hold_ticks()) * self.body.dt_s;
             let me = border::Me {
@@ -371,6 +376,26 @@ impl Filter {
 
     /// Without a line: out of reach of the other one, or not at all.
     fn stay_away(&mut self, tick: u64, pose: &Pose, other: &Told) {
+        let act_s = f64::from(self.hold_ticks()) * self.body.dt_s;
+        let stop_at_once = self.hold_ticks() == 1 && other.brake_m == 0.0 && claim::brake_m(&self.body) == 0.0;
+        // Where words count at once, the other one may have heard this one and use more than a half.
+        let halves = stop_at_once && self.timing != Timing::Exact;
+        if !other.is_heard && halves && other.seen.is_some() {
+            return; // Its body is seen, and half of the gap to it is kept.
+        }
+        let is_plain = other.is_heard && other.promise.is_none();
+        if is_plain || (halves && other.seen.is_some()) {
+            let since_s = tick.saturating_sub(other.tick) as f64 * self.body.dt_s;
+            let at = other.seen.unwrap_or(other.at + other.velocity * since_s);
+            let Some(normal) = (at - pose.position).try_normalize(0.0) else { return };
+            let gap_m = (at - pose.position).norm() - self.body.radius_m - other.radius_m;
+            let comes_m = if is_plain { (other.velocity.dot(&normal) * act_s).min(0.0) } else { 0.0 };
+            let room_m = 0.5 * (gap_m + comes_m) - RESERVE_M;
+            if room_m < self.reach_m(self.hold_ticks()) {
+                self.lines.push(Line { normal, room_m: room_m.max(0.0) });
+            }
+            return;
+        }
         let clear_m = self.clear_m(tick, pose, other);
         if clear_m < 0.0 {
             self.must_stop = true;

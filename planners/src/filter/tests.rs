@@ -94,6 +94,7 @@ fn told(body: &Body, tick: u64, at: Point2<f64>) -> Told {
     Told {
         robot: body.robot,
         incarnation: 0,
+        is_heard: false,
         tick,
         at,
         next: None,
@@ -217,9 +218,17 @@ impl Town {
             let wanted = self.wants(slot);
             let is_late = is_loose && self.draws.unit() < 0.5 * self.trouble.missed;
             let walls = self.walls.clone();
+            let bodies: Vec<Obstacle> = all_told
+                .iter()
+                .filter(|told| !told.is_heard)
+                .filter_map(|told| {
+                    let shape = Capsule::disc(told.seen?, told.radius_m);
+                    Some(Obstacle { id: 1000 + told.robot, shape, velocity: told.velocity })
+                })
+                .collect();
             let robot = &mut self.robots[slot];
             let Robot { filter, body, pose, .. } = robot;
-            filter.draw(tick, pose, &all_told, &walls, &[]);
+            filter.draw(tick, pose, &all_told, &walls, &bodies);
             let drive = filter.keep(tick, pose, wanted);
             self.changed += usize::from(filter.change(wanted, drive) > 0.0);
             let mut next = *pose;
@@ -230,6 +239,7 @@ impl Town {
             let told = Told {
                 next: Some(next.position),
                 velocity: pose.velocity,
+                is_heard: true,
                 promise: Some(promise),
                 ..told(body, tick, pose.position)
             };
@@ -358,7 +368,6 @@ proptest! {
         for _ in 0..120 {
             town.step()?;
         }
-        prop_assert!(town.changed > 0, "a filter that changes nothing is not tried");
     }
 }
 
@@ -371,6 +380,7 @@ fn they_go_on_moving() {
         for _ in 0..300 {
             town.step().unwrap();
         }
+        assert!(town.changed > 100, "a filter that changes nothing is not tried");
         town.robots.iter().map(|robot| robot.moved_m).sum::<f64>()
     };
     let none = Trouble { timing: Timing::Exact, loss: 0.0, delay_ticks: 0, missed: 0.0, sees: false };
@@ -378,14 +388,13 @@ fn they_go_on_moving() {
         let best_m = moved(kind, none);
         let loose = Trouble { timing: Timing::Loose { hold_ticks: 1 }, ..none };
         for (name, trouble, least) in [
-            ("loose", loose, 0.0),
-            ("half lost", Trouble { loss: 0.5, ..loose }, 0.0),
-            ("three ticks late", Trouble { delay_ticks: 3, ..loose }, 0.0),
-            ("real time", Trouble { timing: Timing::Loose { hold_ticks: 2 }, missed: 0.1, ..loose }, 0.0),
+            ("loose", loose, 0.4),
+            ("half lost", Trouble { loss: 0.5, ..loose }, 0.4),
+            ("three ticks late", Trouble { delay_ticks: 3, ..loose }, 0.4),
+            ("real time", Trouble { timing: Timing::Loose { hold_ticks: 2 }, missed: 0.1, ..loose }, 0.4),
         ] {
             let share = moved(kind, trouble) / best_m;
-            println!("{kind:?} {name}: {best_m:.1} m, {share:.2}");
-            assert!(share > least, "{kind:?} {name}: {share}");
+            assert!(share > least, "{kind:?} {name}: {share} of {best_m} m");
         }
     }
 }
