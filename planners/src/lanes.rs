@@ -10,7 +10,8 @@
 //!    roundabouts, opposite streams become lanes.
 //! 3. **Right of way** (`has_way`): who has arrived gives way; of two that go the same way the one that is nearer to its
 //!    goal goes first; of two that hinder each other and are stuck the one with the longer way goes first. Who gives way takes
-//!    the whole evasion, from the other one's wish; who has way takes none.
+//!    the whole evasion, from the other one's wish; who has way takes none. Who makes room in a throng says so, and has way before
+//!    those behind that want the same way: they go back as well, one after the other, until there is room.
 //! 4. **Velocity.** The nearest to the turned wish within hard and soft half-planes. Hard: what the filter behind it allows, that is
 //!    this robot's own part of each gap ([`filter`](crate::filter)). Soft: those of ORCA ([`orca`](crate::orca)) for a short
 //!    horizon; where not all can hold they give way evenly.
@@ -22,7 +23,7 @@
 //! |--------|-----------|------|---------|-----------------------------------------------|
 //! |        | `horizon` | r/v  | 1.5     | gives way earlier (soft half-planes)           |
 //! |        | `turn_max_deg` | deg | 45   | wider roundabouts before robots close up       |
-//! |        | `heading_gain` | 1/s | 3.0  | a unicycle turns sharper                       |
+//! |        | `heading_gain` | 1/s | 8.0  | a unicycle turns sharper                       |
 //!
 //! A robot that tells no intent is taken to go on as it goes, and shares every evasion.
 //!
@@ -63,7 +64,7 @@ crate::params! {
         /// Greatest common turn to the right while nothing is lost by it. Larger: wider roundabouts.
         turn_max_deg: f64 = 45.0, "", 0.0..=90.0;
         /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
-        heading_gain: f64 = 12.0, "1/s", 0.0..=100.0;
+        heading_gain: f64 = 8.0, "1/s", 0.0..=100.0;
     }
 }
 
@@ -73,6 +74,8 @@ const HORIZON_HINDERED: f64 = 4.0;
 const HINDERED: f32 = 0.25;
 /// The same from which on it is stuck.
 const STUCK: f32 = 0.75;
+/// Who gives way to one that is nearer than this, in radii, makes room for it, and those behind make room for him.
+const YIELDS_WITHIN: f64 = 0.7;
 /// Cosine of the angle between two wishes from which on they go the same way.
 const SAME_WAY: f64 = 0.3;
 /// Time over which speed and headway are averaged, in units of radius by speed.
@@ -154,6 +157,8 @@ pub struct Lanes {
     best: (f64, u64),
     /// It goes aside by this angle, rad, until this tick.
     aside: Option<(f64, u64)>,
+    /// It makes room for one that has way.
+    yields: bool,
     others: Vec<Other>,
     walls: Vec<Wall>,
     blocked: Vec<(f64, f64, bool)>,
@@ -195,7 +200,8 @@ impl Planner for Lanes {
         } else {
             (self.slow, self.lag) = (0.0, 0.0);
         }
-        let intent = Intent { wish, left_m, way_m, corner, slow: self.slow as f32, lag: self.lag as f32 };
+        let intent =
+            Intent { wish, left_m, way_m, corner, slow: self.slow as f32, lag: self.lag as f32, yields: self.yields };
         let said = Said { id: self.robot, arrived: input.arrived, command: velocity, intent };
         (self.said, self.was) = (Some(said), (input.position, input.tick));
         let drive = match input.kind {
@@ -227,6 +233,7 @@ impl Lanes {
             lag: 0.0,
             best: (f64::INFINITY, 0),
             aside: None,
+            yields: false,
             others: Vec::new(),
             walls: Vec::new(),
             blocked: Vec::new(),
@@ -418,23 +425,42 @@ impl Lanes {
             id: self.robot,
             arrived: input.arrived,
             command: input.velocity,
-            intent: Intent { wish: input.velocity, left_m: 0.0, way_m: 0.0, corner: None, slow: 0.0, lag: 0.0 },
+            intent: Intent {
+                wish: input.velocity,
+                left_m: 0.0,
+                way_m: 0.0,
+                corner: None,
+                slow: 0.0,
+                lag: 0.0,
+                yields: false,
+            },
         });
         let hard = self.planes.len();
         let own = Mover { position: input.position, velocity: me.command, radius_m: input.radius_m };
+        self.yields = false;
         for other in &self.others {
             let way = if other.tells && self.said.is_some() { has_way(&me, &other.said) } else { None };
+            let gap_m = (other.at - input.position).norm() - input.radius_m - other.radius_m;
+            let same = cosine(me.intent.wish, other.said.intent.wish) > SAME_WAY;
+            if way == Some(false)
+                && gap_m < YIELDS_WITHIN * input.radius_m
+                && (!same || other.said.intent.yields)
+                && !me.arrived
+            {
+                self.yields = true;
+            }
             let (velocity, share, horizon) = match way {
                 Some(true) => continue,
                 Some(false) => {
                     let hindered = other.said.intent.lag > HINDERED;
-                    (other.said.intent.wish, 1.0, if hindered { HORIZON_HINDERED } else { self.params.horizon })
+                    let wish = other.said.intent.wish;
+                    let wish = if same && other.said.intent.yields { -wish } else { wish };
+                    (wish, 1.0, if hindered { HORIZON_HINDERED } else { self.params.horizon })
                 }
                 None => (other.said.command, 0.5, self.params.horizon),
             };
             let horizon_s = (horizon * unit_s).max(dt_s);
             let it = Mover { position: other.at, velocity, radius_m: other.radius_m };
-            let gap_m = (other.at - input.position).norm() - input.radius_m - other.radius_m;
             if gap_m < (2.0 * speed + velocity.norm()) * horizon_s {
                 self.planes.push(robot_plane(&own, &it, horizon_s, dt_s, share));
             }
@@ -443,6 +469,8 @@ impl Lanes {
         for wall in self.walls.iter().filter(|wall| wall.velocity != Vector2::zeros()) {
             let horizon_s = (HORIZON_HINDERED * unit_s).max(dt_s);
             let radius_m = wall.offset.norm() - wall.gap_m - input.radius_m;
+            // It may turn: as much room is kept beside it as beside a robot.
+            let radius_m = radius_m + (KEEPS_BESIDE - 1.0) * (radius_m + input.radius_m);
             let it = Mover { position: input.position + wall.offset, velocity: wall.velocity, radius_m };
             if wall.gap_m < (speed + wall.velocity.norm()) * horizon_s {
                 self.planes.push(robot_plane(&own, &it, horizon_s, dt_s, 1.0));
@@ -462,6 +490,10 @@ fn has_way(a: &Said, b: &Said) -> Option<bool> {
     }
     let first = |mine: f64, theirs: f64| if mine == theirs { a.id < b.id } else { mine < theirs };
     if cosine(a.intent.wish, b.intent.wish) > SAME_WAY {
+        // Who makes room for somebody needs room himself.
+        if a.intent.yields != b.intent.yields {
+            return Some(a.intent.yields);
+        }
         Some(first(a.intent.left_m, b.intent.left_m))
     } else if a.intent.lag > STUCK && b.intent.lag > STUCK {
         Some(first(-a.intent.way_m, -b.intent.way_m))
@@ -503,6 +535,7 @@ fn other(neighbor: &Neighbor, dt_s: f64) -> Other {
         corner: None,
         slow: 0.0,
         lag: 0.0,
+        yields: false,
     };
     Other {
         at,

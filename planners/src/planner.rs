@@ -165,6 +165,8 @@ pub struct Intent {
     pub slow: f32,
     /// The share of its headway that it has lost lately, 0 for one that gets on as it wishes, 2 for one that is driven back.
     pub lag: f32,
+    /// It makes room for one that has way, and may have to go back.
+    pub yields: bool,
 }
 
 /// What a method answers. The two terms travel along so that a log explains itself.

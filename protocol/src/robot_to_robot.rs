@@ -86,6 +86,8 @@ impl SharedPose {
     pub const FLAG_INTENT: u32 = 16;
     /// Its way has a corner before the goal.
     pub const FLAG_CORNER: u32 = 32;
+    /// It makes room for one that has way.
+    pub const FLAG_YIELDS: u32 = 128;
     /// It has a filter, and promises where it stays.
     pub const FLAG_PROMISE: u32 = 64;
 

@@ -263,6 +263,9 @@ impl Agent {
         }
         if let Some(intent) = plan.intent {
             flags |= SharedPose::FLAG_INTENT;
+            if intent.yields {
+                flags |= SharedPose::FLAG_YIELDS;
+            }
             if intent.corner.is_some() {
                 flags |= SharedPose::FLAG_CORNER;
             }

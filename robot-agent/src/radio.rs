@@ -148,6 +148,7 @@ impl Receiver {
                 return Some(Told {
                     robot: track.who.index,
                     incarnation: track.who.incarnation,
+                    is_heard: false,
                     tick,
                     at,
                     next: None,
@@ -163,6 +164,7 @@ impl Receiver {
             Some(Told {
                 robot: track.who.index,
                 incarnation: track.who.incarnation,
+                is_heard: true,
                 tick: pose.tick,
                 at: Point2::new(pose.x_m, pose.y_m),
                 next: pose.has(SharedPose::FLAG_NEXT).then(|| Point2::new(pose.next_x_m, pose.next_y_m)),
@@ -230,6 +232,7 @@ fn intent(pose: &SharedPose) -> Option<Intent> {
         corner: pose.has(SharedPose::FLAG_CORNER).then(|| Point2::new(told.corner_x_m, told.corner_y_m)),
         slow: told.slow,
         lag: told.lag,
+        yields: pose.has(SharedPose::FLAG_YIELDS),
     })
 }
 

@@ -21,7 +21,7 @@ fn robot(id: u32, at: [f64; 2], wish: [f64; 2]) -> Neighbor {
         arrived: false,
         stopped: false,
         next: Some(at.into()),
-        intent: Some(Intent { wish, left_m: 9.0, way_m: 9.0, corner: None, slow: 0.0, lag: 0.0 }),
+        intent: Some(Intent { wish, left_m: 9.0, way_m: 9.0, corner: None, slow: 0.0, lag: 0.0, yields: false }),
     }
 }
 
@@ -98,12 +98,12 @@ fn without_progress_it_goes_aside_for_a_while() {
 
 fn said() -> impl Strategy<Value = Said> {
     let vector = || (-1.0..1.0f64, -1.0..1.0f64).prop_map(|(x, y)| Vector2::new(x, y));
-    (vector(), vector(), 0u32..4, 0u32..4, any::<bool>(), prop::array::uniform2(0.0..2.0f32)).prop_map(
-        |(command, wish, left, way, arrived, [slow, lag])| Said {
+    (vector(), vector(), 0u32..4, 0u32..4, any::<[bool; 2]>(), prop::array::uniform2(0.0..2.0f32)).prop_map(
+        |(command, wish, left, way, [arrived, yields], [slow, lag])| Said {
             id: 0,
             arrived,
             command,
-            intent: Intent { wish, left_m: left.into(), way_m: way.into(), corner: None, slow, lag },
+            intent: Intent { wish, left_m: left.into(), way_m: way.into(), corner: None, slow, lag, yields },
         },
     )
 }
