@@ -65,7 +65,7 @@ impl Scenario {
     }
 
     /// Whether a command may act longer than its tick, or a word may not be heard a tick later: in `realtime`, and with a radio that
-    /// is not perfect at all times.
+    /// is not perfect at all times, or reaches not as far for all.
     pub fn is_loose(&self) -> bool {
         let disturbs = |event: &TimelineEvent| match event.what {
             TimelineAction::Radio { radio, .. } => radio != Radio::PERFECT,
@@ -74,7 +74,13 @@ impl Scenario {
             }
             _ => false,
         };
-        self.clock.mode == Mode::Realtime || self.radio != Radio::PERFECT || self.events.iter().any(disturbs)
+        let mut ranges = self.robots.iter().map(|robot| robot.radio_range_m);
+        let first = ranges.next();
+        let one_sided = ranges.any(|range| Some(range) != first);
+        self.clock.mode == Mode::Realtime
+            || one_sided
+            || self.radio != Radio::PERFECT
+            || self.events.iter().any(disturbs)
     }
 
     /// How many pieces there are besides one per robot: those of the obstacles, and the second link of every arm.

@@ -5,7 +5,8 @@ use super::{
     RunFacts, SCHEMA, SchedulingReport, judge,
 };
 use model::{
-    Class, Event, EventKind, Gone, Mode, PlanState, Processes, RobotIndex, RobotOutcome, RobotState, Scheduling, Stall,
+    Class, Event, EventKind, FilterKind, Gone, Mode, PlanState, Processes, Robot, RobotIndex, RobotOutcome, RobotState,
+    Scheduling, Stall,
 };
 use std::collections::BTreeMap;
 
@@ -28,7 +29,7 @@ pub fn assemble(facts: RunFacts) -> Report {
         scenario: facts.scenario.name.clone(),
         mode: clock.mode,
         planner: planner_of(&facts),
-        filter: "none".to_string(),
+        filter: filter_word(&facts.scenario.robots),
         physics: facts.scenario.physics,
         seed: clock.seed,
         robots: fates.len(),
@@ -122,6 +123,13 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
         reversals_per_m: per(reversals as f64, path_length_m),
     };
     (fates, report)
+}
+
+/// The filter of the robots; `mixed` if not all have the same.
+fn filter_word(robots: &[Robot]) -> String {
+    let mut filters = robots.iter().map(|robot| robot.filter);
+    let first = filters.next().unwrap_or(FilterKind::None);
+    if filters.all(|filter| filter == first) { first.word() } else { "mixed" }.to_string()
 }
 
 /// Whether a robot goes round forever.

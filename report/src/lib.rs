@@ -231,7 +231,7 @@ pub struct Report {
     pub mode: Mode,
     /// The method, or `mixed`.
     pub planner: String,
-    /// The safety filter.
+    /// The filter of the robots, or `mixed`.
     pub filter: String,
     /// What moved the bodies.
     #[serde(default)]

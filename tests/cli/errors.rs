@@ -52,8 +52,8 @@ fn bad_texts() -> Vec<(&'static str, String, Vec<&'static str>)> {
         ),
         (
             "parameter out of range",
-            with("params = { bracket_power = 7 }"),
-            vec!["line 5", "robot[0].params.bracket_power", "7"],
+            with("planner = \"decentralized-apf\"\nparams = { bracket_power = 7 }"),
+            vec!["line 6", "robot[0].params.bracket_power", "7"],
         ),
         (
             "duplicate id",
@@ -214,8 +214,8 @@ const BAD_LINES: &[(&str, &[&str])] = &[
     ("run head-on --set clock.tick_hz=0 --set clock.seed=x", &["--set clock.tick_hz=0", "--set clock.seed=x"]),
     ("run head-on --robots 3", &["--robots 3", "[layout]"]),
     ("run head-on --planner apff", &["--planner apff", "`apff`", "did you mean `apf`"]),
-    ("run head-on --filter half-gap", &["--filter half-gap", "not built", "--filter none"]),
-    ("run head-on --filter full", &["full", "--filter", "none"]),
+    ("run head-on --filter full", &["full", "--filter", "none", "shared-gap"]),
+    ("run head-on --set world.physics=\"rapier\" --filter shared-gap", &["--filter shared-gap", "kinematic"]),
     ("run head-on --mode warp", &["warp", "--mode", "lockstep"]),
     ("run head-on --duration 0", &["--duration", "above zero"]),
     ("run head-on --duration 5parsecs", &["--duration", "parsecs", "60s"]),

@@ -6,7 +6,7 @@ use crate::support::{Ended, Run, example};
 /// south of the lane to measure against.
 fn scenario(agent: &str) -> String {
     format!(
-        "[clock]\nmode = \"lockstep\"\nduration_s = 60\n\
+        "[clock]\nmode = \"lockstep\"\nduration_s = 60\n[defaults]\nplanner = \"decentralized-apf\"\n\
          [[obstacle]]\nshape = \"segment\"\nfrom_m = [-3, -3]\nto_m = [3, -3]\n\
          [[robot]]\nid = \"mover\"\nstart_m = [-4, 0]\ngoal_m = [4, 0]\n\
          [[robot]]\nid = \"liar\"\nstart_m = [0, 3]\ngoal_m = [0, 3]\n{agent}"

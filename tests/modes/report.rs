@@ -10,10 +10,12 @@ enum When {
     /// In `lockstep` and `realtime`.
     Processes,
     Realtime,
+    /// Depends on what happens in the run: the field alone has to be there.
+    Sometimes,
     /// Only with something that these runs do not have.
     Never,
 }
-use When::{Always, Never, Processes, Realtime};
+use When::{Always, Never, Processes, Realtime, Sometimes};
 
 const TOP: &[(&str, When)] = &[
     ("schema", Always),
@@ -58,7 +60,8 @@ const OUTCOME: &[(&str, When)] = &[
     ("deadlocked", Always),
     ("ldj_mean", Always),
     ("reversals_per_m", Always),
-    ("filter_interventions", Never),
+    ("filter_interventions", Always),
+    ("filter_change_mean", Sometimes),
 ];
 const ROBOT: &[(&str, When)] = &[
     ("id", Always),
@@ -107,6 +110,7 @@ fn check(value: &Value, fields: &[(&str, When)], mode: &str, path: &str) {
             Processes => mode != "single",
             Realtime => mode == "realtime",
             Never => false,
+            Sometimes => value.get(field).is_some_and(|found| !found.is_null()),
         };
         let found = value.get(field).unwrap_or_else(|| panic!("{mode}: {path}.{field} is missing"));
         assert_eq!(!found.is_null(), has, "{mode}: {path}.{field} is {found}");

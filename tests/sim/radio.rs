@@ -106,6 +106,7 @@ fn head_on(events: &str) -> Recording {
         [clock]
         duration_s = 12
         [defaults]
+        planner = "decentralized-apf"
         radio_range_m = 20
         [planners.decentralized-apf]
         p_r = 20

@@ -9,6 +9,7 @@ const HEAD: &str = r#"
     [clock]
     duration_s = 40
     [defaults]
+    planner = "decentralized-apf"
     sensor_range_m = 3
     radio_range_m = 5
 "#;

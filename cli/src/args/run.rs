@@ -110,7 +110,7 @@ impl From<ModeArg> for model::Mode {
 pub enum FilterArg {
     /// Commands go out as planned
     None,
-    /// Robots keep to their shares of the gaps between them, and touch nobody
+    /// Each robot keeps to its share of every gap
     SharedGap,
 }
 

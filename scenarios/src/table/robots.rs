@@ -188,7 +188,7 @@ keys! {
         /// A heading at a goal counts as reached within this angle.
         goal_yaw_tolerance_rad: f64 = 0.1, "rad", Range::POSITIVE;
         /// Planner.
-        planner: PlannerName = PlannerName("decentralized-apf".to_string()), "";
+        planner: PlannerName = PlannerName("lanes".to_string()), "";
         /// Parameters of the planner; they override `[planners]`.
         params: Params => optional, "";
         /// The filter between planner and body. shared-gap: whatever is planned, the robot keeps to its share of every gap and

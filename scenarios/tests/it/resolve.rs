@@ -98,6 +98,7 @@ k_rep = 0.7
 eta = 0.2
 xi = 0.9
 [defaults]
+planner = "decentralized-apf"
 params = { eta = 0.3 }
 [[robot]]
 id = "plain"
@@ -341,7 +342,7 @@ fn request() -> NewRobot {
 
 #[test]
 fn a_new_robot_is_like_the_defaults() {
-    let scenario = scenario(&format!("[defaults]\nradius_m = 0.3\nparams = {{ eta = 0.5 }}\n{}", alone("")));
+    let scenario = scenario(&format!("[defaults]\nradius_m = 0.3\nparams = {{ horizon = 2 }}\n{}", alone("")));
     let plain = add_robot(&scenario, &request()).unwrap();
     assert_eq!((plain.id.as_str(), plain.radius_m, plain.start_yaw_rad), ("r00", 0.3, std::f64::consts::FRAC_PI_2));
     assert_eq!(plain.params, scenario.template.params);
