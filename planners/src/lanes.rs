@@ -4,7 +4,7 @@
 //! Not from a paper. Robots tell each other what they are about beside their pose ([`Intent`]): the velocity that each would
 //! have if it were alone (its wish), how far it has to go, and how much of its speed it has lost lately. From that:
 //!
-//! 1. **Way.** The wish leads along the shortest way on the known map ([`way`](crate::way)), without a map straight to the goal.
+//! 1. **Way.** The wish leads along the shortest way on the known map ([`way`](crate::way)), without a map past what has been seen.
 //! 2. **One common right-hand turn.** If all robots turn their wishes to the right by b, the relative wishes turn by b too. b is the
 //!    smallest turn after which none of the robots that are heard is on a course of contact. Rings and crossings become
 //!    roundabouts, opposite streams become lanes.
@@ -27,14 +27,14 @@
 //!
 //! A robot that tells no intent is taken to go on as it goes, and shares every evasion.
 //!
-//! Known limits: without a map it knows only what it senses. Without the filter nothing keeps robots from touching each other.
+//! Known limits: without a map it finds out about dead ends by driving into them. Without the filter nothing keeps robots from touching each other.
 
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::orca::{Mover, robot_plane};
 use crate::params::ParamError;
 use crate::planner::{Intent, Neighbor, Plan, PlanInput, Planner, solid};
 use crate::steering::{steer_to_goal, stoppable_speed};
-use crate::way::{Ahead, Way};
+use crate::way::{Ahead, Sketch, Way};
 use geometry::HalfPlane;
 use geometry::half_planes::nearest_relaxed;
 use model::random::Stream;
@@ -141,6 +141,8 @@ pub struct Lanes {
     /// In which direction it goes aside.
     draws: Stream,
     way: Option<Way>,
+    /// What it has seen, if it has no map.
+    sketch: Sketch,
     /// Where it heads, and how long the way was when it began, m.
     heads: Option<(Point2<f64>, f64)>,
     /// It has been at this goal.
@@ -224,6 +226,7 @@ impl Lanes {
             robot: identity.robot,
             draws: Stream::new(identity.seed, identity.robot, identity.incarnation, "lanes-aside"),
             way: None,
+            sketch: Sketch::default(),
             heads: None,
             has_arrived: false,
             said: None,
@@ -245,7 +248,11 @@ impl Lanes {
     /// The velocity of a robot that is alone, the way that is left, and the corner that comes next.
     fn wish(&mut self, input: &PlanInput<'_>) -> (Vector2<f64>, f64, Option<Point2<f64>>, PlanState) {
         let speed = input.limits.speed_mps_max;
-        let ahead = Way::follow(&mut self.way, input);
+        let ahead = if input.map.is_empty() {
+            Some(Way::explore(&mut self.way, &mut self.sketch, input))
+        } else {
+            Way::follow(&mut self.way, input)
+        };
         let left_m = ahead.map_or((input.goal - input.position).norm(), |ahead| ahead.left_m);
         if self.heads.is_none_or(|(goal, _)| goal != input.goal) {
             (self.heads, self.has_arrived) = (Some((input.goal, left_m)), false);

@@ -10,9 +10,9 @@
 
 mod outline;
 
-use crate::planner::{Obstacle, PlanInput};
+use crate::planner::{Neighbor, Obstacle, PlanInput};
 use geometry::{Capsule, segment_distance};
-use nalgebra::{Point2, distance};
+use nalgebra::{Point2, Vector2, distance};
 use outline::{Corner, corners};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -200,6 +200,24 @@ impl Way {
         way.as_mut().and_then(|way| way.ahead(from))
     }
 
+    /// The same for a robot without a map, along the shortest way past what it has seen so far. Where that leaves none it heads
+    /// straight for its goal, and begins to draw anew.
+    pub fn explore(way: &mut Option<Way>, sketch: &mut Sketch, input: &PlanInput<'_>) -> Ahead {
+        let (from, goal) = (input.position, input.goal);
+        let has_changed = sketch.see(input.obstacles) | sketch.recognise(input.neighbors);
+        if has_changed || way.as_ref().is_some_and(|way| way.goal != goal) {
+            *way = None;
+        }
+        if !sketch.pieces.is_empty() {
+            let known = way.get_or_insert_with(|| Way::new(&sketch.pieces, input.radius_m, from, goal));
+            if let Some(ahead) = known.ahead(from) {
+                return ahead;
+            }
+            (*way, sketch.pieces) = (None, Vec::new());
+        }
+        Ahead { at: goal, is_goal: true, left_m: distance(&from, &goal) }
+    }
+
     /// What a robot heads for that is here (m); `None` if no way leads to the goal.
     pub fn ahead(&mut self, from: Point2<f64>) -> Option<Ahead> {
         let keeps_m = self.graph.keeps(from);
@@ -246,6 +264,49 @@ impl Way {
         let at = self.place(heads_for);
         let rest_m = heads_for.map_or(0.0, |index| self.left[index as usize].0);
         Ahead { at, is_goal: heads_for.is_none(), left_m: distance(&from, &at) + rest_m }
+    }
+}
+
+/// What a robot without a map has seen so far of what stands.
+#[derive(Clone, Debug, Default)]
+pub struct Sketch {
+    /// Sorted by id; the pieces of one obstacle stand together.
+    pieces: Vec<Obstacle>,
+}
+
+impl Sketch {
+    /// Takes out what turns out to be a robot: one that is heard to be where something stands. Whether there was any.
+    fn recognise(&mut self, heard: &[Neighbor]) -> bool {
+        let before = self.pieces.len();
+        self.pieces.retain(|piece| heard.iter().all(|robot| piece.shape.distance(robot.position) >= 0.0));
+        self.pieces.len() < before
+    }
+
+    /// Adds what is seen, and takes out what turns out to move; whether anything was new.
+    fn see(&mut self, seen: &[Obstacle]) -> bool {
+        let mut has_changed = false;
+        for pieces in seen.chunk_by(|a, b| a.id == b.id) {
+            let id = pieces[0].id;
+            let first = self.pieces.partition_point(|known| known.id < id);
+            let mut last = self.pieces.partition_point(|known| known.id <= id);
+            let moves = pieces.iter().any(|piece| piece.velocity != Vector2::zeros());
+            // A disc that is somewhere else now has been moved meanwhile.
+            let was_moved = pieces.len() == 1
+                && pieces[0].shape.a == pieces[0].shape.b
+                && last == first + 1
+                && self.pieces[first].shape != pieces[0].shape;
+            if (moves || was_moved) && last > first {
+                self.pieces.drain(first..last);
+                (last, has_changed) = (first, true);
+            }
+            for piece in pieces.iter().filter(|_| !moves) {
+                if !self.pieces[first..last].iter().any(|known| known.shape == piece.shape) {
+                    self.pieces.insert(last, *piece);
+                    (last, has_changed) = (last + 1, true);
+                }
+            }
+        }
+        has_changed
     }
 }
 

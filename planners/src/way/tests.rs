@@ -122,3 +122,73 @@ proptest! {
         prop_assert!((turned / straight - 1.0).abs() < 0.02, "{straight} {turned}");
     }
 }
+
+fn exploring(way: &mut Option<Way>, sketch: &mut Sketch, seen: &[Obstacle], from: [f64; 2]) -> Ahead {
+    let input = PlanInput { position: from.into(), obstacles: seen, ..crate::testing::input() };
+    Way::explore(way, sketch, &input)
+}
+
+fn standing(id: u32, shape: Capsule) -> Obstacle {
+    Obstacle { id, shape, velocity: Vector2::zeros() }
+}
+
+#[test]
+fn who_has_no_map_goes_round_what_it_has_seen() {
+    let (mut way, mut sketch) = (None, Sketch::default());
+    let straight = exploring(&mut way, &mut sketch, &[], [0.0, 0.0]);
+    assert_eq!((straight.at, straight.is_goal, straight.left_m), (Point2::new(9.0, 0.0), true, 9.0));
+    let wall = standing(3, Capsule::segment([4.0, -1.0].into(), [4.0, 2.0].into()));
+    let round = exploring(&mut way, &mut sketch, &[wall], [0.0, 0.0]);
+    assert!(!round.is_goal && round.at.y < -1.1 && round.left_m > 9.1, "{round:?}");
+    // It is remembered when it is out of sight.
+    assert_eq!(exploring(&mut way, &mut sketch, &[], [0.0, 0.0]), round);
+    // More of it is seen: the other way is shorter.
+    let rest = standing(3, Capsule::segment([4.0, -3.0].into(), [4.0, -1.0].into()));
+    let round = exploring(&mut way, &mut sketch, &[rest], [0.0, 0.0]);
+    assert!(round.at.y > 2.1, "{round:?}");
+}
+
+#[test]
+fn what_turns_out_to_move_is_no_wall() {
+    let disc = |x: f64| Capsule::disc([x, 0.0].into(), 0.5);
+    let (mut way, mut sketch) = (None, Sketch::default());
+    assert!(!exploring(&mut way, &mut sketch, &[standing(3, disc(4.0))], [0.0, 0.0]).is_goal);
+    let moves = Obstacle { velocity: Vector2::x(), ..standing(3, disc(4.1)) };
+    assert!(exploring(&mut way, &mut sketch, &[moves], [0.0, 0.0]).is_goal);
+    // It stands again, elsewhere, and once more: only the last place counts.
+    assert!(!exploring(&mut way, &mut sketch, &[standing(3, disc(5.0))], [0.0, 0.0]).is_goal);
+    assert!(!exploring(&mut way, &mut sketch, &[standing(3, disc(6.0))], [0.0, 0.0]).is_goal);
+    assert_eq!(sketch.pieces, [standing(3, disc(6.0))]);
+}
+
+#[test]
+fn a_robot_that_is_heard_later_is_no_wall() {
+    let (mut way, mut sketch) = (None, Sketch::default());
+    let body = standing(3, Capsule::disc([4.0, 0.0].into(), 0.2));
+    assert!(!exploring(&mut way, &mut sketch, &[body], [0.0, 0.0]).is_goal);
+    let robot = crate::planner::Neighbor {
+        id: 1,
+        position: [4.1, 0.0].into(),
+        yaw_rad: 0.0,
+        velocity: Vector2::x(),
+        radius_m: 0.2,
+        age_s: 0.1,
+        remaining_m: 1.0,
+        arrived: false,
+        stopped: false,
+        next: None,
+        intent: None,
+    };
+    let input = PlanInput { neighbors: &[robot], ..crate::testing::input() };
+    assert!(Way::explore(&mut way, &mut sketch, &input).is_goal);
+}
+
+#[test]
+fn who_has_seen_itself_shut_in_begins_anew() {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(Point2::from);
+    let walls = [0, 1, 2, 3]
+        .map(|side| standing(side, Capsule::segment(corners[side as usize], corners[(side as usize + 1) % 4])));
+    let (mut way, mut sketch) = (None, Sketch::default());
+    let ahead = exploring(&mut way, &mut sketch, &walls, [0.0, 0.0]);
+    assert!(ahead.is_goal && sketch.pieces.is_empty());
+}
