@@ -281,7 +281,7 @@ impl Filter {
                 let offset = piece.shape.nearest_core(pose.position) - pose.position;
                 let distance_m = offset.norm();
                 let gap_m = distance_m - piece.shape.radius - self.body.radius_m;
-                if gap_m > reach_m + piece.velocity.norm() * act_s || distance_m <= 0.0 {
+                if share * gap_m > reach_m + piece.velocity.norm() * act_s || distance_m <= 0.0 {
                     continue;
                 }
                 let normal = offset / distance_m;
