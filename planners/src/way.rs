@@ -66,10 +66,9 @@ impl Graph {
     fn new(key: u64, map: &[Obstacle], keeps_m: f64) -> Graph {
         let pieces: Vec<Capsule> = map.iter().map(|obstacle| obstacle.shape).collect();
         let least_m = keeps_m * (1.0 - TOUCH);
-        let mut corners = corners(map, keeps_m);
-        corners.retain(|corner| {
-            let stands = pieces.iter().all(|piece| piece.distance(corner.at) >= least_m);
-            stands && !map.chunk_by(|a, b| a.id == b.id).any(|all| crate::planner::solid(all, corner.at).is_some())
+        let corners = corners(map, keeps_m, &|at| {
+            let stands = pieces.iter().all(|piece| piece.distance(at) >= least_m);
+            stands && !map.chunk_by(|a, b| a.id == b.id).any(|all| crate::planner::solid(all, at).is_some())
         });
         let links = corners.iter().map(|_| OnceLock::new()).collect();
         Graph { key, keeps_m, pieces, corners, links }
@@ -201,7 +200,7 @@ impl Way {
     }
 
     /// The same for a robot without a map, along the shortest way past what it has seen so far. Where that leaves none it heads
-    /// straight for its goal, and begins to draw anew.
+    /// straight for its goal, and forgets what it has seen.
     pub fn explore(way: &mut Option<Way>, sketch: &mut Sketch, input: &PlanInput<'_>) -> Ahead {
         let (from, goal) = (input.position, input.goal);
         let has_changed = sketch.see(input.obstacles) | sketch.recognise(input.neighbors);

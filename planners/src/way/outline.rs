@@ -8,6 +8,9 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 /// Sine of an angle below which a line counts as touching.
 const TOUCHES: f64 = 1e-9;
 
+/// How often a part of an arc is halved whose corner is not free: the last parts are an eighth of the first.
+const HALVINGS: u32 = 3;
+
 /// A corner of an outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Corner {
@@ -26,16 +29,17 @@ impl Corner {
     }
 }
 
-/// The convex corners of all obstacles that are grown by a distance, m.
-pub(super) fn corners(map: &[Obstacle], by_m: f64) -> Vec<Corner> {
-    let mut found = Vec::new();
+/// The convex corners of all obstacles that are grown by a distance, m. Where a corner of a round outline is not free, as in a
+/// narrow gap, finer ones take its place.
+pub(super) fn corners(map: &[Obstacle], by_m: f64, is_free: &dyn Fn(Point2<f64>) -> bool) -> Vec<Corner> {
+    let mut found = Found { corners: Vec::new(), is_free };
     for pieces in map.chunk_by(|a, b| a.id == b.id) {
         match polygon(pieces) {
             Some(points) => around_polygon(&points, by_m, &mut found),
             None => pieces.iter().for_each(|piece| around_capsule(&piece.shape, by_m, &mut found)),
         }
     }
-    found
+    found.corners
 }
 
 /// The corners of a polygon, counter-clockwise, if these pieces are its edges in order.
@@ -53,7 +57,7 @@ fn polygon(pieces: &[Obstacle]) -> Option<Vec<Point2<f64>>> {
     })
 }
 
-fn around_polygon(points: &[Point2<f64>], by_m: f64, found: &mut Vec<Corner>) {
+fn around_polygon(points: &[Point2<f64>], by_m: f64, found: &mut Found<'_>) {
     let count = points.len();
     for (index, at) in points.iter().enumerate() {
         let (back, ahead) = (at - points[(index + count - 1) % count], points[(index + 1) % count] - at);
@@ -66,7 +70,7 @@ fn around_polygon(points: &[Point2<f64>], by_m: f64, found: &mut Vec<Corner>) {
 }
 
 /// A disc, or a wall with round ends.
-fn around_capsule(capsule: &Capsule, by_m: f64, found: &mut Vec<Corner>) {
+fn around_capsule(capsule: &Capsule, by_m: f64, found: &mut Found<'_>) {
     let along = capsule.b - capsule.a;
     let by_m = by_m + capsule.radius;
     if along.norm() == 0.0 {
@@ -79,16 +83,34 @@ fn around_capsule(capsule: &Capsule, by_m: f64, found: &mut Vec<Corner>) {
 
 /// The arc around a point from the angle `from` (rad) on, counter-clockwise by `turn`, as straight pieces that touch it: their
 /// corners lie in the middle between the angles at which they touch.
-fn around(center: Point2<f64>, by_m: f64, from: f64, turn: f64, found: &mut Vec<Corner>) {
-    let pieces = (turn / FRAC_PI_4).ceil().max(1.0);
+fn around(center: Point2<f64>, by_m: f64, from: f64, turn: f64, found: &mut Found<'_>) {
+    // Rounding does not make a third piece of a right angle.
+    let pieces = (turn / FRAC_PI_4 - 1e-9).ceil().max(1.0);
     let step = turn / pieces;
-    let reach_m = by_m / (0.5 * step).cos();
     for piece in 0..pieces as u32 {
-        let touched = from + f64::from(piece) * step;
-        let middle = touched + 0.5 * step;
+        found.add(center, by_m, from + f64::from(piece) * step, step, HALVINGS);
+    }
+}
+
+/// The corners found so far, and what tells whether a place is free.
+struct Found<'a> {
+    corners: Vec<Corner>,
+    is_free: &'a dyn Fn(Point2<f64>) -> bool,
+}
+
+impl Found<'_> {
+    /// The corner in the middle of this part of an arc, if it is free; else those of its halves, as often as this.
+    fn add(&mut self, center: Point2<f64>, by_m: f64, touched: f64, step: f64, halvings: u32) {
         let direction = |angle: f64| Vector2::new(angle.cos(), angle.sin());
-        // The outline touches the arc before and after the corner, at a right angle to the radius.
-        let (back, ahead) = (direction(touched - 0.5 * PI), direction(touched + step + 0.5 * PI));
-        found.push(Corner { at: center + direction(middle) * reach_m, sides: [back, ahead] });
+        let at = center + direction(touched + 0.5 * step) * (by_m / (0.5 * step).cos());
+        if (self.is_free)(at) {
+            // The outline touches the arc before and after the corner, at a right angle to the radius.
+            let (back, ahead) = (direction(touched - 0.5 * PI), direction(touched + step + 0.5 * PI));
+            self.corners.push(Corner { at, sides: [back, ahead] });
+        } else if halvings > 0 {
+            for half in [0.0, 0.5] {
+                self.add(center, by_m, touched + half * step, 0.5 * step, halvings - 1);
+            }
+        }
     }
 }
