@@ -106,7 +106,7 @@ fn storm(seed: u64, length: Duration) {
     whole(&service);
     let before = Taken::by(&service);
     let (began, mut stopped, mut blows) = (Instant::now(), Vec::<(usize, u32)>::new(), [0_usize; 4]);
-    let (mut adoptions, mut number) = (0, 0);
+    let (mut adoptions, mut number, mut killed) = (0, 0, None);
     while began.elapsed() < length {
         let due = EVERY * number as u32;
         std::thread::sleep(due.saturating_sub(began.elapsed()));
@@ -129,6 +129,7 @@ fn storm(seed: u64, length: Duration) {
         blows[["agent", "world", "guardian", "daemon"].iter().position(|known| *known == verb).unwrap()] += 1;
         if kills {
             signal(victim, Signal::KILL);
+            killed = Some(victim);
         } else {
             signal(victim, Signal::STOP);
             stopped.push((number, victim));
@@ -136,6 +137,10 @@ fn storm(seed: u64, length: Duration) {
         number += 1;
     }
     stopped.iter().for_each(|(_, pid)| go_on(*pid));
+    // A process that is killed takes a moment to end: until then it would count as one of the fleet that comes back.
+    if let Some(pid) = killed {
+        wait_for("the end of the last one killed", || process_of(pid).is_none().then_some(()));
+    }
     let took = began.elapsed().as_secs_f64();
     adoptions += usize::from(tend(&mut service));
     let ps = whole(&service);
