@@ -5,7 +5,7 @@
 //! its neighbours read its pose of tick k - 1, which is in the other one. Where it is the newest that counts, whatever its
 //! tick, there is one entry: of two, only a look at both could tell which one has it.
 //!
-//! Where nobody can be sure what is heard, robots also tell each other about borders: in one or two more entries, which take turns
+//! Where messages may be late or lost, robots also tell each other about borders: in one or two more entries, which take turns
 //! with the poses.
 //!
 //! The incarnation is in the name, because a writer that was killed leaves its entries unwritable as long as the
@@ -60,20 +60,11 @@ impl RobotWriter {
         RobotWriter::create_as(node, instance, sizes, poses, false)
     }
 
-    /// The same for a robot that tells others about borders.
+    /// The same; with `has_borders`, of a robot that tells others about borders.
     ///
     /// # Errors
     /// As [`RobotWriter::create`].
-    pub fn create_with_borders(
-        node: &Node,
-        instance: RobotInstance,
-        sizes: Sizes,
-        poses: Poses,
-    ) -> Result<RobotWriter> {
-        RobotWriter::create_as(node, instance, sizes, poses, true)
-    }
-
-    fn create_as(
+    pub fn create_as(
         node: &Node,
         instance: RobotInstance,
         sizes: Sizes,

@@ -16,7 +16,7 @@ pub struct AgentSpec {
     pub physics: Physics,
     /// A command acts for this long after the odometry that it was computed from, s; from older odometry there is none.
     pub command_timeout_s: f64,
-    /// Whether nobody can be sure when a command acts and a word is heard: robots with a filter then talk about borders.
+    /// Whether commands may act late and messages may be late or lost: robots with a filter then agree on borders.
     pub is_loose: bool,
     /// How many pieces there are besides one per robot.
     pub shape_pieces: u32,

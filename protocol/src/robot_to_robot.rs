@@ -1,5 +1,5 @@
 //! What a robot tells every robot that hears it: its own pose, where it will be a tick later, what it promises and what it intends;
-//! and, if nobody can be sure what is heard, where the borders between it and others are.
+//! and, where messages may be late or lost, where the borders between it and others are.
 //!
 //! Intentions are up to its method. Who does not tell any is known by its pose and its command alone.
 

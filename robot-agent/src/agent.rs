@@ -1,6 +1,6 @@
 //! The pure core of an agent: what it learned since the last tick goes in, what it says and does comes out.
 
-use crate::radio::Receiver;
+use crate::radio::{Receiver, SeenRobot};
 use geometry::ArmState;
 use model::kinematics::Pose;
 use model::{BodyKind, Drive, FilterKind, Mode, Physics, PlanState, Radio, RobotInstance};
@@ -29,7 +29,7 @@ pub struct AgentInputs<'a> {
     /// Whom it hears and the pose that counts of each, sorted by slot: the newest of a tick before this one, or in
     /// `realtime` the newest.
     pub heard: &'a [(NeighborRef, SharedPose)],
-    /// What each of them says to this robot about the border between the two; empty where nobody does.
+    /// What each of them says to this robot about the border between the two; empty in fleets without borders.
     pub borders: &'a [SharedBorder],
     /// What the radio does at this tick to what it hears.
     pub radio: Radio,
@@ -47,7 +47,7 @@ pub struct AgentOutputs {
     /// Whether its method has a plan.
     pub plan: PlanState,
     /// How much of the greatest speed its filter changed it by.
-    pub filtered: f64,
+    pub filtered: f32,
     /// For how many ticks it may act; zero: as long as the fleet lets commands act.
     pub hold_ticks: u32,
 }
@@ -61,7 +61,7 @@ impl AgentOutputs {
             odometry_stamp_ns: odometry.stamp_ns,
             incarnation: odometry.incarnation,
             hold_ticks: self.hold_ticks,
-            filtered: self.filtered as f32,
+            filtered: self.filtered,
             ..Command::default()
         };
         command.set_drive(self.drive);
@@ -132,6 +132,11 @@ pub struct Agent {
     obstacles: Vec<Obstacle>,
     /// Of the obstacles, the bodies of robots.
     bodies: Vec<Obstacle>,
+    /// All robots in sight, sorted by slot.
+    seen: Vec<SeenRobot>,
+    /// Its greatest speed, m/s, and the greatest distance on which it comes to rest, m, as its poses tell them.
+    speed_mps_max: f32,
+    brake_m: f32,
     map: Vec<Obstacle>,
 }
 
@@ -150,6 +155,7 @@ impl Agent {
         let receiver = Receiver::new(spec.clock.seed, spec.instance);
         let map = spec.map.iter().map(on_map).collect();
         let filter = filter_of(&spec);
+        let (speed_mps_max, brake_m) = (spec.robot.limits.speed_mps_max, body_of(&spec).brake_m());
         Agent {
             spec,
             planner,
@@ -160,6 +166,9 @@ impl Agent {
             told: Vec::new(),
             obstacles: Vec::new(),
             bodies: Vec::new(),
+            seen: Vec::new(),
+            speed_mps_max: rounded_up(speed_mps_max),
+            brake_m: rounded_up(brake_m),
             map,
         }
     }
@@ -194,13 +203,8 @@ impl Agent {
         let allowed = match &mut self.filter {
             None => &[],
             Some(filter) => {
-                let seen = |robot: u32| {
-                    let piece = inputs.pieces.iter().find(|piece| piece.robot().is_some_and(|seen| seen.0 == robot))?;
-                    let velocity = Vector2::new(piece.vx_mps, piece.vy_mps);
-                    Some((Point2::new(piece.ax_m, piece.ay_m), velocity, piece.radius_m))
-                };
                 self.told.clear();
-                self.told.extend(self.receiver.told(odometry.tick, seen, robot.limits.speed_mps_max));
+                self.told.extend(self.receiver.told(odometry.tick, &self.seen, robot.limits.speed_mps_max));
                 filter.draw(odometry.tick, &body, &self.told, &self.obstacles, &self.bodies)
             }
         };
@@ -287,10 +291,10 @@ impl Agent {
             far_x_m: promise.map_or(0.0, |promise| promise.far.x),
             far_y_m: promise.map_or(0.0, |promise| promise.far.y),
             spare_m: promise.map_or(0.0, |promise| promise.spare_m),
-            brake_m: rounded_up(body_of(&self.spec).brake_m()),
+            brake_m: self.brake_m,
             intent: plan.intent.map(shared).unwrap_or_default(),
             flags,
-            speed_mps_max: rounded_up(self.spec.robot.limits.speed_mps_max),
+            speed_mps_max: self.speed_mps_max,
         };
         let hold_ticks = match (&self.filter, self.spec.clock.mode) {
             (Some(filter), Mode::Realtime) => filter.hold_ticks(),
@@ -349,7 +353,17 @@ impl Agent {
         let fresh_s = FRESH_TICKS * self.spec.clock.dt_s();
         self.obstacles.clear();
         self.bodies.clear();
+        self.seen.clear();
         for piece in pieces {
+            // Bodies are numbered as their robots are.
+            if let Some(robot) = piece.robot() {
+                self.seen.push(SeenRobot {
+                    index: robot.0,
+                    at: Point2::new(piece.ax_m, piece.ay_m),
+                    velocity: Vector2::new(piece.vx_mps, piece.vy_mps),
+                    radius_m: piece.radius_m,
+                });
+            }
             let place = piece
                 .robot()
                 .and_then(|robot| self.neighbors.binary_search_by_key(&robot.0, |neighbor| neighbor.id).ok());

@@ -57,6 +57,19 @@ impl Track {
     }
 }
 
+/// A robot in sight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenRobot {
+    /// Its slot.
+    pub index: u32,
+    /// Where it is, m.
+    pub at: Point2<f64>,
+    /// m/s.
+    pub velocity: Vector2<f64>,
+    /// m.
+    pub radius_m: f64,
+}
+
 /// The receiver of one robot.
 pub struct Receiver {
     tracks: Vec<Track>,
@@ -72,8 +85,8 @@ impl Receiver {
     }
 
     /// Takes in what the boards of the robots in range tell at this tick. `heard` is sorted by slot; a robot that is not
-    /// in it is out of range and forgotten. What each says about borders stands in `borders`, in the same order; there are none
-    /// where nobody does. `radio` is what the radio is like at this tick.
+    /// in it is out of range and forgotten. What each says about borders stands in `borders`, in the same order; it is empty in fleets
+    /// without borders. `radio` is what the radio is like at this tick.
     pub fn receive(
         &mut self,
         tick: u64,
@@ -133,18 +146,14 @@ impl Receiver {
         })
     }
 
-    /// What the filter is told of everybody in range, sorted by slot. One that has not been heard yet is at `seen`, if it is seen;
-    /// its speed is taken to be `speed_mps_max`.
-    pub fn told<'a>(
-        &'a self,
-        tick: u64,
-        seen: impl Fn(u32) -> Option<(Point2<f64>, Vector2<f64>, f64)> + 'a,
-        speed_mps_max: f64,
-    ) -> impl Iterator<Item = Told> + 'a {
+    /// What the filter is told of all robots in range, sorted by slot. `seen` are the robots in sight, sorted by slot. The speed
+    /// of a robot that is seen and has not been heard yet is taken to be `speed_mps_max`.
+    pub fn told<'a>(&'a self, tick: u64, seen: &'a [SeenRobot], speed_mps_max: f64) -> impl Iterator<Item = Told> + 'a {
         self.tracks.iter().filter_map(move |track| {
-            let seen = seen(track.who.index);
+            let place = seen.binary_search_by_key(&track.who.index, |robot| robot.index);
+            let seen = place.ok().map(|place| seen[place]);
             let Some(pose) = &track.current else {
-                let (at, velocity, radius_m) = seen?;
+                let SeenRobot { at, velocity, radius_m, .. } = seen?;
                 return Some(Told {
                     robot: track.who.index,
                     incarnation: track.who.incarnation,
@@ -168,8 +177,8 @@ impl Receiver {
                 tick: pose.tick,
                 at: Point2::new(pose.x_m, pose.y_m),
                 next: pose.has(SharedPose::FLAG_NEXT).then(|| Point2::new(pose.next_x_m, pose.next_y_m)),
-                seen: seen.map(|(at, ..)| at),
-                velocity: seen.map_or(Vector2::new(pose.vx_mps, pose.vy_mps), |(_, velocity, _)| velocity),
+                seen: seen.map(|robot| robot.at),
+                velocity: seen.map_or(Vector2::new(pose.vx_mps, pose.vy_mps), |robot| robot.velocity),
                 radius_m: pose.radius_m,
                 speed_mps_max: f64::from(pose.speed_mps_max),
                 brake_m: f64::from(pose.brake_m),

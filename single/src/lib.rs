@@ -83,7 +83,7 @@ pub fn run_shown(
             answers.push((instance, outputs));
         }
         for (instance, outputs) in &answers {
-            world.planned(*instance, outputs.plan, f64::from(outputs.filtered as f32));
+            world.planned(*instance, outputs.plan, outputs.filtered.into());
         }
         world.close(&mut |instance| {
             let index = answers.binary_search_by_key(&instance.index, |(who, _)| who.index).ok()?;

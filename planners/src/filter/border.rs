@@ -89,7 +89,7 @@ struct Pair {
 pub(super) struct Pairs {
     robot: u32,
     pairs: Vec<Pair>,
-    /// Rules of pairs that are no more, to be used again.
+    /// Buffers of pairs that have ended, to be used again.
     spare: Vec<Vec<(u64, Rule)>>,
     /// Who is talked to, nearest first.
     order: Vec<usize>,
@@ -123,10 +123,11 @@ impl Pairs {
         self.spare.extend(kept.into_iter().map(|pair| pair.rules));
     }
 
-    /// Takes in what the other one says, and finds what to say to it.
-    pub(super) fn talk(&mut self, tick: u64, me: &Me<'_>, other: &Told) {
+    /// Takes in what the other robot says, which stands at this place among those that the robot [meets](Pairs::meet), and
+    /// finds the answer.
+    pub(super) fn talk(&mut self, place: usize, tick: u64, me: &Me<'_>, other: &Told) {
         let offers = self.robot < other.robot;
-        let Some(pair) = self.pairs.iter_mut().find(|pair| pair.is_with(other)) else { return };
+        let pair = &mut self.pairs[place];
         pair.gap_m = (other.seen.unwrap_or(other.at) - me.at).norm() - me.radius_m - other.radius_m;
         if offers {
             pair.hear_accepted(other.word);
@@ -136,10 +137,9 @@ impl Pairs {
         }
     }
 
-    /// What this robot keeps to with another one.
-    pub(super) fn rules(&self, robot: u32) -> impl Iterator<Item = Rule> + '_ {
-        let pair = self.pairs.iter().find(move |pair| pair.robot == robot);
-        pair.into_iter().flat_map(|pair| pair.rules.iter().map(|(_, rule)| *rule))
+    /// What this robot keeps to with the other one at this place, and the numbers of the offers.
+    pub(super) fn rules(&self, place: usize) -> &[(u64, Rule)] {
+        &self.pairs[place].rules
     }
 
     /// What is said, to the nearest first: slot, life and word.
@@ -206,7 +206,7 @@ impl Pair {
                 self.rules[0] = (number, rule);
             }
         }
-        // To whom offers nothing, there is nothing to say.
+        // A robot that offers nothing gets no answer.
         self.word = word.map(|_| Word::Accept { number: self.rules[0].0 });
     }
 }
@@ -274,9 +274,9 @@ mod tests {
             is_out_of_reach,
         };
         pairs.meet(std::slice::from_ref(other));
-        pairs.talk(tick, &me, other);
+        pairs.talk(0, tick, &me, other);
         let word = pairs.words().map(|(_, _, word)| word).next();
-        (word, pairs.rules(other.robot).collect())
+        (word, pairs.rules(0).iter().map(|(_, rule)| *rule).collect())
     }
 
     #[test]

@@ -2,8 +2,8 @@
 //!
 //! Bodies move as `model::kinematics` says. A point or a unicycle of speed v that brakes with a comes to rest within v² / (2 a); in
 //! ticks it takes less. On wheels, each wheel rolls on as long as it takes, and the centre goes the mean of both ways, or half of
-//! their difference if they roll against each other. A body that turns and cannot
-//! stop turning at once claims a disc as wide as that way, whichever way it turns.
+//! their difference if they roll against each other. A body that turns and cannot stop turning at once claims a disc as wide as that
+//! way, whichever way it turns.
 
 use super::Body;
 use model::kinematics::Pose;

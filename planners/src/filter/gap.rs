@@ -35,12 +35,16 @@ pub fn own_share(me: &Side, other: &Side, dt_s: f64, reach_m: f64) -> Option<(Ve
     let is_first = me.robot < other.robot;
     let (one, two) = if is_first { (me, other) } else { (other, me) };
     let between = geometry::between_segments(one.at, one.far, two.at, two.far);
-    let distance_m = between.norm();
-    let gap_m = distance_m - one.radius_m - two.radius_m;
-    if gap_m > reach_m || distance_m <= 0.0 {
+    let normal = between.try_normalize(0.0)?;
+    // How far each of them reaches to the other one. Measured along the normal, so that a normal that is a little off does no harm.
+    let front = |side: &Side, normal: Vector2<f64>| {
+        side.at.coords.dot(&normal).max(side.far.coords.dot(&normal)) + side.radius_m
+    };
+    let fronts = [front(one, normal), front(two, -normal)];
+    let gap_m = -fronts[0] - fronts[1];
+    if gap_m > reach_m {
         return None;
     }
-    let normal = between / distance_m;
     // Of a gap that is none, nothing is used.
     let (share, gap_m) = if gap_m > 0.0 {
         ((0.5 + dt_s * (one.command + two.command).dot(&normal) / (2.0 * gap_m)).clamp(0.0, 1.0), gap_m)
@@ -48,14 +52,7 @@ pub fn own_share(me: &Side, other: &Side, dt_s: f64, reach_m: f64) -> Option<(Ve
         (0.5, 0.0)
     };
     let used = |share: f64| share * gap_m * (1.0 - SLACK);
-    let front = |side: &Side, normal: Vector2<f64>| {
-        side.at.coords.dot(&normal).max(side.far.coords.dot(&normal)) + side.radius_m
-    };
-    if is_first {
-        Some((normal, front(one, normal) + used(share)))
-    } else {
-        Some((-normal, front(two, -normal) + used(1.0 - share)))
-    }
+    Some(if is_first { (normal, fronts[0] + used(share)) } else { (-normal, fronts[1] + used(1.0 - share)) })
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The safety filter `shared-gap`: whatever a method plans, the robot touches nobody.
+//! The safety filter `shared-gap`: whatever a method plans, the robot drives into nothing.
 //!
 //! It stands behind every method. Before a method plans, the filter says which velocities are allowed
 //! ([`PlanInput::allowed`](crate::PlanInput)); what the method answers is changed only if it does not fit, and as little as
@@ -13,7 +13,7 @@
 //!
 //! - [`Timing::Exact`] (`single` and `lockstep` with a perfect radio): every word is one tick old when it is heard, and says where
 //!   its robot is now. Both compute the same line from the same words ([`gap`]).
-//! - [`Timing::Loose`] (`realtime`; loss, delay, noise): nobody knows what the other one has heard. One of the two offers lines, the
+//! - [`Timing::Loose`] (`realtime`; loss, delay, noise): neither robot knows what the other one has heard. One of the two offers lines, the
 //!   other one accepts them, and each keeps to every line that the other one may still rely on ([`border`]).
 //! - Without a line a robot stays out of reach of the other one: wherever that one may have got to since it was last heard of, at
 //!   its greatest speed. If it may be here already, the robot brakes. That is safe whatever the other one does while this one
@@ -25,7 +25,7 @@
 //! robot that is heard and has no filter is something that moves.
 //!
 //! Limits: a robot that is not heard at all is an obstacle that moves. Bodies with weight (`physics = "rapier"`) do not go where
-//! their commands say, and arms are no discs: for both there is no filter.
+//! their commands say, and an arm is not a disc: there is no filter for these two.
 
 pub mod border;
 mod claim;
@@ -206,10 +206,11 @@ impl Filter {
     ) -> &[HalfPlane] {
         self.lines.clear();
         self.must_stop = false;
-        let hold = self.hold_ticks();
-        // Before it gives a new command, its last one may act on.
-        let old = self.given.filter(|(given, _)| tick.saturating_sub(*given) < u64::from(hold));
-        self.still = old.map(|(given, drive)| (drive, hold - (tick - given) as u32));
+        // Before it gives a new command, its last one may act on: longer if the world has gone back a few ticks since.
+        self.still = self.given.and_then(|(given, drive)| {
+            let ticks = (given + u64::from(self.hold_ticks())).saturating_sub(tick);
+            (ticks > 0).then_some((drive, u32::try_from(ticks).unwrap_or(u32::MAX)))
+        });
         claim::held(&self.body, pose, self.still, &mut self.held);
         self.draw_obstacles(pose, obstacles, 1.0);
         // One that is not heard yet may come as near itself.
@@ -230,7 +231,7 @@ impl Filter {
     }
 
     /// How much of the greatest speed a command differs from the wanted one by; zero if they count as the same.
-    pub fn change(&self, wanted: Drive, given: Drive) -> f64 {
+    pub fn change(&self, wanted: Drive, given: Drive) -> f32 {
         let speed = self.body.limits.speed_mps_max.max(f64::MIN_POSITIVE);
         let size = match (self.plain(wanted), self.plain(given)) {
             (Drive::Velocity(wanted), Drive::Velocity(given)) => (wanted - given).norm() / speed,
@@ -240,7 +241,7 @@ impl Filter {
             }
             _ => 0.0,
         };
-        if size > SAME { size } else { 0.0 }
+        if size > SAME { size as f32 } else { 0.0 }
     }
 
     /// What it says of the command that it has just given: `next` is where that takes it within a tick.
@@ -271,8 +272,7 @@ impl Filter {
 
     /// No more than a share of the gap to anything is used; what moves is kept clear of for as long as a command acts.
     fn draw_obstacles(&mut self, pose: &Pose, obstacles: &[Obstacle], share: f64) {
-        let act_s = f64::from(self.hold_ticks()) * self.body.dt_s;
-        let reach_m = self.body.limits.speed_mps_max * act_s + claim::brake_m(&self.body);
+        let (act_s, reach_m) = (self.act_s(), self.reach_m());
         for pieces in obstacles.chunk_by(|a, b| a.id == b.id) {
             if solid(pieces, pose.position).is_some() {
                 continue; // Its centre is inside: every way leads out.
@@ -285,8 +285,7 @@ impl Filter {
                     continue;
                 }
                 let normal = offset / distance_m;
-                let room_m = share * (gap_m + (piece.velocity.dot(&normal) * act_s).min(0.0)) - RESERVE_M;
-                self.lines.push(Line { normal, room_m: room_m.max(0.0) });
+                self.leave(normal, share * (gap_m + (piece.velocity.dot(&normal) * act_s).min(0.0)));
             }
         }
     }
@@ -314,11 +313,9 @@ impl Filter {
                 radius_m: other.radius_m + f64::from(promise.spare_m),
                 command: (next - other.at) / self.body.dt_s,
             };
-            let reach_m = self.reach_m(1) + other.speed_mps_max * self.body.dt_s + other.brake_m;
+            let reach_m = self.reach_m() + other.speed_mps_max * self.body.dt_s + other.brake_m;
             if let Some((normal, bound)) = gap::own_share(&mine, &theirs, self.body.dt_s, reach_m) {
-                // The bound is for the whole of its disc, and on its absolute place.
-                let room_m = bound - pose.position.coords.dot(&normal) - self.body.radius_m - RESERVE_M;
-                self.lines.push(Line { normal, room_m: room_m.max(0.0) });
+                self.leave(normal, self.room_m(pose, normal, bound));
             }
         }
     }
@@ -326,43 +323,57 @@ impl Filter {
     /// Lines that the two have agreed on.
     fn draw_borders(&mut self, tick: u64, pose: &Pose, told: &[Told]) {
         self.pairs.meet(told);
-        // To whom has never been heard there is nothing to say yet.
-        for other in told.iter().filter(|other| other.is_heard) {
+        // There is nothing to say yet to a robot that has never been heard.
+        for (place, other) in told.iter().enumerate().filter(|(_, other)| other.is_heard) {
             let clear_m = self.clear_m(tick, pose, other);
-            let act_s = f64::from(self.hold_ticks()) * self.body.dt_s;
             let me = border::Me {
                 at: pose.position,
                 velocity: pose.velocity,
                 radius_m: self.body.radius_m,
                 claim: &self.held,
-                reach_m: self.reach_m(self.hold_ticks()),
-                act_s,
+                reach_m: self.reach_m(),
+                act_s: self.act_s(),
                 dt_s: self.body.dt_s,
                 is_out_of_reach: self.held.farthest_m() <= clear_m,
             };
-            self.pairs.talk(tick, &me, other);
+            self.pairs.talk(place, tick, &me, other);
         }
-        let mut apart = false;
-        for other in told {
-            for rule in self.pairs.rules(other.robot) {
-                match rule {
+        for (place, other) in told.iter().enumerate() {
+            let mut apart = false;
+            for index in 0..self.pairs.rules(place).len() {
+                match self.pairs.rules(place)[index].1 {
                     Rule::Apart => apart = true,
                     Rule::Line { normal, offset_m } => {
                         let (normal, bound) =
                             if self.body.robot < other.robot { (normal, offset_m) } else { (-normal, -offset_m) };
-                        let room_m = bound - pose.position.coords.dot(&normal) - self.body.radius_m - RESERVE_M;
-                        self.lines.push(Line { normal, room_m: room_m.max(0.0) });
+                        self.leave(normal, self.room_m(pose, normal, bound));
                     }
                 }
             }
-            if std::mem::take(&mut apart) {
+            if apart {
                 self.stay_away(tick, pose, other);
             }
         }
     }
 
-    /// How far this robot gets within some ticks and while it brakes, m.
-    fn reach_m(&self, ticks: u32) -> f64 {
+    /// A line that leaves this much room (m) in a direction, of which a little is kept back.
+    fn leave(&mut self, normal: Vector2<f64>, room_m: f64) {
+        self.lines.push(Line { normal, room_m: (room_m - RESERVE_M).max(0.0) });
+    }
+
+    /// How far the robot may go if every point x of its disc is to keep x · `normal` ≤ `bound`, m.
+    fn room_m(&self, pose: &Pose, normal: Vector2<f64>, bound: f64) -> f64 {
+        bound - pose.position.coords.dot(&normal) - self.body.radius_m
+    }
+
+    /// For how long a new command may act, s.
+    fn act_s(&self) -> f64 {
+        f64::from(self.hold_ticks()) * self.body.dt_s
+    }
+
+    /// How far the robot may get with a new command or the one before it, and while it brakes after that, m.
+    fn reach_m(&self) -> f64 {
+        let ticks = self.still.map_or(0, |(_, ticks)| ticks).max(self.hold_ticks());
         self.body.limits.speed_mps_max * f64::from(ticks) * self.body.dt_s + claim::brake_m(&self.body)
     }
 
@@ -376,7 +387,6 @@ impl Filter {
 
     /// Without a line: out of reach of the other one, or not at all.
     fn stay_away(&mut self, tick: u64, pose: &Pose, other: &Told) {
-        let act_s = f64::from(self.hold_ticks()) * self.body.dt_s;
         let stop_at_once = self.hold_ticks() == 1 && other.brake_m == 0.0 && claim::brake_m(&self.body) == 0.0;
         // Where words count at once, the other one may have heard this one and use more than a half.
         let halves = stop_at_once && self.timing != Timing::Exact;
@@ -389,17 +399,17 @@ impl Filter {
             let at = other.seen.unwrap_or(other.at + other.velocity * since_s);
             let Some(normal) = (at - pose.position).try_normalize(0.0) else { return };
             let gap_m = (at - pose.position).norm() - self.body.radius_m - other.radius_m;
-            let comes_m = if is_plain { (other.velocity.dot(&normal) * act_s).min(0.0) } else { 0.0 };
-            let room_m = 0.5 * (gap_m + comes_m) - RESERVE_M;
-            if room_m < self.reach_m(self.hold_ticks()) {
-                self.lines.push(Line { normal, room_m: room_m.max(0.0) });
+            let comes_m = if is_plain { (other.velocity.dot(&normal) * self.act_s()).min(0.0) } else { 0.0 };
+            let room_m = 0.5 * (gap_m + comes_m);
+            if room_m < self.reach_m() {
+                self.leave(normal, room_m);
             }
             return;
         }
         let clear_m = self.clear_m(tick, pose, other);
         if clear_m < 0.0 {
             self.must_stop = true;
-        } else if clear_m < self.reach_m(self.hold_ticks())
+        } else if clear_m < self.reach_m()
             && let Some(normal) = (where_it_is(other, tick, self.timing).0 - pose.position).try_normalize(0.0)
         {
             self.lines.push(Line { normal, room_m: clear_m });
@@ -410,7 +420,7 @@ impl Filter {
     fn allow(&mut self) {
         self.allowed.clear();
         let Body { limits, dt_s, .. } = self.body;
-        let act_s = f64::from(self.hold_ticks()) * dt_s;
+        let act_s = self.act_s();
         if self.must_stop {
             // No direction is better than another one.
             for normal in [Vector2::x(), Vector2::y(), -Vector2::x(), -Vector2::y()] {
@@ -450,7 +460,7 @@ impl Filter {
                 let Ok(best) = nearest(&self.allowed, self.body.limits.speed_mps_max, velocity) else { return stop };
                 self.greatest_part(pose, |share| Drive::Velocity(best * share)).unwrap_or(stop)
             }
-            // Who turns where he stands goes nowhere.
+            // Turning on the spot needs no room.
             Drive::Twist { turn_radps, .. } if self.must_stop && self.body.limits.accel_mps2_max.is_infinite() => {
                 Drive::Twist { speed_mps: 0.0, turn_radps }
             }

@@ -1,4 +1,4 @@
-//! Robots that want to hit each other, in a small world of their own: whatever is lost, late or missed, nobody touches anybody.
+//! Robots that want to hit each other, in a small world of their own: whatever is lost, late or missed, no two of them touch.
 
 use super::border::{WORDS_MAX, Word};
 use super::*;
@@ -274,7 +274,7 @@ impl Town {
         self.check(&before)
     }
 
-    /// At every instant of the tick nobody touched anything.
+    /// No robot touched anything at any instant of the tick.
     fn check(&self, before: &[Pose]) -> Result<(), TestCaseError> {
         const PARTS: u32 = 6;
         let along = |slot: usize, part: u32| {
@@ -369,6 +369,28 @@ proptest! {
             town.step()?;
         }
     }
+}
+
+/// A world that takes the place of one that died may have lost a few ticks: the last command then acts as long as the world counts.
+#[test]
+fn a_command_of_a_tick_that_comes_again_is_reckoned_with() {
+    let mut filter = Filter::new(body(0, Kind::Point, 0.2), Timing::Loose { hold_ticks: 2 });
+    let pose = Pose::resting(Point2::origin(), 0.0);
+    let wall = |x: f64| {
+        let shape = Capsule::segment([x, -9.0].into(), [x, 9.0].into());
+        [Obstacle { id: 0, shape, velocity: Vector2::zeros() }]
+    };
+    filter.draw(10, &pose, &[], &wall(9.0), &[]);
+    assert_eq!(filter.keep(10, &pose, Drive::Velocity(Vector2::x())), Drive::Velocity(Vector2::x()));
+    // In tick 8 that command may act for four ticks: 0.4 m. What is left of the gap is what a new one may use.
+    let speed_mps = |filter: &mut Filter, x: f64| {
+        filter.draw(8, &pose, &[], &wall(x), &[]);
+        assert_eq!(filter.still, Some((Drive::Velocity(Vector2::x()), 4)));
+        filter.allowed.iter().map(|plane| -plane.excess(Vector2::zeros())).fold(1.0, f64::min)
+    };
+    assert_eq!([0.45, 0.39].map(|gap_m| speed_mps(&mut filter, 0.2 + gap_m)), [1.0, 0.0]);
+    filter.draw(12, &pose, &[], &wall(0.3), &[]);
+    assert_eq!(filter.still, None, "it has ended");
 }
 
 /// What the filter is for is to let a fleet move. How far robots get that only want to hit each other, as a share of what they
