@@ -27,7 +27,8 @@
 //!
 //! A robot that tells no intent is taken to go on as it goes, and shares every evasion.
 //!
-//! Known limits: without a map it finds out about dead ends by driving into them. Without the filter nothing keeps robots from touching each other.
+//! Known limits: without a map it finds out about dead ends by driving into them. Without the filter nothing keeps robots from
+//! touching each other.
 
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::orca::{Mover, robot_plane};
@@ -74,7 +75,7 @@ const HORIZON_HINDERED: f64 = 4.0;
 const HINDERED: f32 = 0.25;
 /// The same from which on it is stuck.
 const STUCK: f32 = 0.75;
-/// Who gives way to one that is nearer than this, in radii, makes room for it, and those behind make room for him.
+/// A robot that gives way to another one nearer than this, in radii, makes room for it, and those behind make room in turn.
 const YIELDS_WITHIN: f64 = 0.7;
 /// Cosine of the angle between two wishes from which on they go the same way.
 const SAME_WAY: f64 = 0.3;
@@ -497,7 +498,7 @@ fn has_way(a: &Said, b: &Said) -> Option<bool> {
     }
     let first = |mine: f64, theirs: f64| if mine == theirs { a.id < b.id } else { mine < theirs };
     if cosine(a.intent.wish, b.intent.wish) > SAME_WAY {
-        // Who makes room for somebody needs room himself.
+        // A robot that makes room needs room itself.
         if a.intent.yields != b.intent.yields {
             return Some(a.intent.yields);
         }

@@ -286,19 +286,8 @@ mod tests {
     }
 
     fn neighbor(id: u32, body: &Mover) -> Neighbor {
-        Neighbor {
-            id,
-            position: body.position,
-            yaw_rad: 0.0,
-            velocity: body.velocity,
-            radius_m: body.radius_m,
-            age_s: 0.0,
-            remaining_m: 1.0,
-            arrived: false,
-            stopped: false,
-            next: None,
-            intent: None,
-        }
+        let Mover { velocity, radius_m, .. } = *body;
+        Neighbor { velocity, radius_m, ..crate::testing::neighbor(id, body.position.into()) }
     }
 
     fn plan(robot: u32, me: &Mover, neighbors: &[Neighbor], obstacles: &[Obstacle]) -> Plan {

@@ -1,6 +1,6 @@
 //! What unit tests of several methods share.
 
-use crate::planner::PlanInput;
+use crate::planner::{Neighbor, PlanInput};
 use model::{BodyKind, Limits};
 use nalgebra::{Point2, Vector2};
 
@@ -37,5 +37,22 @@ pub(crate) fn input() -> PlanInput<'static> {
         arm: None,
         wheels: None,
         allowed: &[],
+    }
+}
+
+/// A robot of radius 0.2 m that has just said that it stands here, 9 m from its goal.
+pub(crate) fn neighbor(id: u32, position: [f64; 2]) -> Neighbor {
+    Neighbor {
+        id,
+        position: position.into(),
+        yaw_rad: 0.0,
+        velocity: Vector2::zeros(),
+        radius_m: 0.2,
+        age_s: 0.0,
+        remaining_m: 9.0,
+        arrived: false,
+        stopped: false,
+        next: None,
+        intent: None,
     }
 }

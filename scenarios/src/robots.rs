@@ -174,7 +174,7 @@ impl<'a> Layers<'a> {
             (None, FilterChoice::SharedGap) => {
                 if !fits && let Some(node) = body.0.iter().find(|node| node.has(Body::filter)) {
                     let message = if self.physics == Physics::Kinematic {
-                        "an arm cannot have a filter: it is no disc"
+                        "an arm cannot have a filter, because its body is not a disc"
                     } else {
                         "bodies that have weight cannot have a filter: they do not go where their commands say"
                     };

@@ -1,6 +1,6 @@
 use super::*;
 use crate::planner::Obstacle;
-use crate::testing::{LIMITS, input};
+use crate::testing::{LIMITS, input, neighbor};
 use geometry::Capsule;
 use model::Limits;
 use proptest::prelude::*;
@@ -11,17 +11,12 @@ const IDENTITY: Identity = Identity { seed: 1, robot: 0, incarnation: 0 };
 fn robot(id: u32, at: [f64; 2], wish: [f64; 2]) -> Neighbor {
     let (wish, dt_s) = (Vector2::from(wish), 0.1);
     Neighbor {
-        id,
         position: Point2::from(at) - wish * dt_s,
-        yaw_rad: 0.0,
         velocity: wish,
-        radius_m: 0.2,
         age_s: dt_s,
-        remaining_m: 9.0,
-        arrived: false,
-        stopped: false,
         next: Some(at.into()),
         intent: Some(Intent { wish, left_m: 9.0, way_m: 9.0, corner: None, slow: 0.0, lag: 0.0, yields: false }),
+        ..neighbor(id, at)
     }
 }
 

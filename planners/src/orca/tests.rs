@@ -38,19 +38,7 @@ impl Scene {
 }
 
 fn robot(id: u32, at: [f64; 2], velocity: [f64; 2], radius_m: f64) -> Neighbor {
-    Neighbor {
-        id,
-        position: at.into(),
-        yaw_rad: 0.0,
-        velocity: velocity.into(),
-        radius_m,
-        age_s: 0.0,
-        remaining_m: 1.0,
-        arrived: false,
-        stopped: false,
-        next: None,
-        intent: None,
-    }
+    Neighbor { velocity: velocity.into(), radius_m, ..crate::testing::neighbor(id, at) }
 }
 
 fn standing(shape: Capsule) -> Obstacle {
