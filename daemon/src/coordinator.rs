@@ -5,6 +5,7 @@
 //! (`operators.rs`), also about who is a member (`membership.rs`) and about tasks (`tasks.rs`).
 
 mod joining;
+mod log;
 mod member;
 mod membership;
 mod news;
@@ -14,6 +15,7 @@ mod stillness;
 mod tasks;
 
 use joining::Joining;
+use log::Log;
 pub use member::Member;
 use model::{ProcessState, RobotIndex, RobotInstance, Scenario, TaskId, TimelineAction};
 pub use news::{News, describe};
@@ -120,6 +122,7 @@ pub struct Coordinator {
     /// Robots that the world has accepted and whose operator waits until they take part.
     joining: Vec<Joining>,
     noise: Noise,
+    log: Log,
     /// When time was looked at last.
     looked_at: Option<Duration>,
     /// A tick of which it has been said that it waits.
@@ -162,6 +165,7 @@ impl Coordinator {
             waiting: Vec::new(),
             joining: Vec::new(),
             noise: Noise::default(),
+            log: Log::default(),
             looked_at: None,
             open_tick: None,
             missed: Missed::default(),
@@ -238,6 +242,10 @@ impl Coordinator {
             Notice::Standings(standings) => self.standings(standings),
             Notice::Log(event) => {
                 self.newcomer_event(&event);
+                let robots = &self.scenario.robots;
+                let name =
+                    |index: RobotIndex| robots.get(index.at()).map_or_else(String::new, |robot| robot.id.clone());
+                self.log.add(&event, &name);
                 if event.kind.name().is_notable(event.tick) {
                     let line = describe(&self.scenario, &event);
                     self.actions.push(Action::News { kind: News::Event(event.kind.name()), robot: None, line });

@@ -1,17 +1,22 @@
 //! What a second terminal asks of a running fleet, and what it is answered.
 
-use model::{Fault, Mode, ProcessState, RobotIndex, Task, TaskId, TaskState};
+use model::{Event, Fault, Mode, ProcessState, RobotIndex, Task, TaskId, TaskState};
 use serde::{Deserialize, Serialize};
 
 /// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
 /// anything else.
-pub const PROTOCOL_VERSION: u32 = 7;
+pub const PROTOCOL_VERSION: u32 = 8;
 
 /// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
     /// Who is in the fleet?
     Status,
+    /// What has happened?
+    Events {
+        /// The number of the newest entry of the log that is known already, 0 if none is.
+        after: u64,
+    },
     /// Let one more robot join.
     Add(NewRobot),
     /// Give robots goals.
@@ -114,6 +119,19 @@ pub struct TaskChange {
     pub reason: String,
 }
 
+/// An entry of the log, with what its reader does not know.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EventRecord {
+    /// Its number: 1 for the first entry that this daemon heard of.
+    pub number: u64,
+    /// What happened.
+    pub event: Event,
+    /// The name of the robot that it is about.
+    pub robot: Option<String>,
+    /// More about it, for people; may be empty.
+    pub detail: String,
+}
+
 /// A robot to add; what is not said comes from the scenario's defaults.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NewRobot {
@@ -138,6 +156,8 @@ pub struct NewRobot {
 pub enum Reply {
     /// To [`Request::Status`].
     Status(Status),
+    /// To [`Request::Events`]: the newest entries of the log, the oldest of them first. The daemon keeps some hundred.
+    Events(Vec<EventRecord>),
     /// To [`Request::Add`] and [`Request::Restart`]: the robot takes part, hears all its neighbours, and is heard by them.
     Joined {
         /// Its name.

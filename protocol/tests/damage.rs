@@ -107,6 +107,7 @@ fn kinds() -> Vec<Kind> {
     vec![
         kind(&[
             Request::Status,
+            Request::Events { after: 7 },
             Request::Add(new_robot),
             Request::Task(NewTasks {
                 assign: Assign::Robot(text()),

@@ -76,6 +76,7 @@ fn sensible() -> Vec<Request> {
     let new = NewRobot { id: Some("new".to_owned()), start_m: [-8.0, 4.0], goal_m: [8.0, -4.0], ..NewRobot::default() };
     let mut requests = vec![
         Request::Status,
+        Request::Events { after: 0 },
         Request::Add(new.clone()),
         Request::Add(NewRobot {
             id: None,
@@ -116,7 +117,7 @@ fn sensible() -> Vec<Request> {
     for request in &requests {
         // A request that comes gets a row above.
         match request {
-            Request::Status | Request::Add(_) | Request::Task(_) | Request::Inject { .. } => {}
+            Request::Status | Request::Events { .. } | Request::Add(_) | Request::Task(_) | Request::Inject { .. } => {}
             Request::Tasks(_) | Request::Cancel(_) | Request::Stop => {}
             Request::Remove { .. } | Request::Restart { .. } => {}
         }

@@ -9,7 +9,7 @@ use source::{Crate, circles, code_of, manifest_dependencies, workspace_root};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The crates in the order of the data flow: each depends on some of those above it, and on no other.
-const ROOMS: [&str; 17] = [
+const ROOMS: [&str; 18] = [
     "geometry",
     "model",
     "dynamics",
@@ -23,6 +23,7 @@ const ROOMS: [&str; 17] = [
     "reproduce",
     "report",
     "view",
+    "watch",
     "sweep",
     "daemon",
     "cli",
@@ -54,10 +55,19 @@ const NAMES: [(&str, &[&str]); 11] = [
     ("toml", &["scenarios"]),
     ("rusqlite", &["daemon/src/service/store.rs", "sweep/src/database.rs"]),
     ("report::exit", &["cli"]),
-    ("std::time", &["bus", "daemon", "cli", "robot-agent", "world-sim", "sweep/src/pool.rs"]),
+    ("std::time", &["bus", "daemon", "cli", "robot-agent", "world-sim", "watch", "sweep/src/pool.rs"]),
     (
         "std::fs",
-        &["bus", "daemon", "cli", "robot-agent", "world-sim", "sweep/src/directory.rs", "sweep/src/database.rs"],
+        &[
+            "bus",
+            "daemon",
+            "cli",
+            "robot-agent",
+            "world-sim",
+            "watch",
+            "sweep/src/directory.rs",
+            "sweep/src/database.rs",
+        ],
     ),
     ("std::process", &["bus", "daemon", "cli", "robot-agent", "world-sim"]),
 ];

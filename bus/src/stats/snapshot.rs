@@ -30,6 +30,15 @@ impl Counts {
         }
     }
 
+    /// What came after `before`. The largest of it is known as far as its bucket is.
+    fn since(&self, before: &Counts, scale: Scale) -> Counts {
+        let earlier = |bucket: usize| before.counts.get(bucket).copied().unwrap_or(0);
+        let newer = self.counts.iter().enumerate().map(|(bucket, count)| count.saturating_sub(earlier(bucket)));
+        let counts: Vec<u64> = newer.collect();
+        let largest = counts.iter().rposition(|count| *count > 0).map_or(0, |bucket| scale.value_of(bucket));
+        Counts { max: if self.max > before.max { self.max } else { largest.min(self.max) }, counts }
+    }
+
     fn histogram(&self, scale: Scale) -> Option<Histogram<u64>> {
         let mut histogram = Histogram::new_with_bounds(1, 1 << MAX_BITS, 3).expect("the bounds are constants");
         for (bucket, &count) in self.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
@@ -110,6 +119,23 @@ impl StatsSnapshot {
         }
         for (key, theirs) in &other.strips {
             self.strips.entry(*key).or_default().merge(theirs);
+        }
+    }
+
+    /// What was counted after `before`, an earlier snapshot of the same processes. Where one of them counts anew, all of it.
+    pub fn since(&self, before: &StatsSnapshot) -> StatsSnapshot {
+        if self.counter(Counter::Periods) < before.counter(Counter::Periods) {
+            return self.clone();
+        }
+        let none = Counts::default();
+        let strip = |(key, counts): (&(RobotIndex, Metric), &Counts)| {
+            (*key, counts.since(before.strips.get(key).unwrap_or(&none), COARSE))
+        };
+        StatsSnapshot {
+            counters: std::array::from_fn(|i| self.counters[i].saturating_sub(before.counters[i])),
+            late: PerCause::of(|cause| self.late[cause].saturating_sub(before.late[cause])),
+            hists: PerMetric::of(|metric| self.hists[metric].since(&before.hists[metric], FINE)),
+            strips: self.strips.iter().map(strip).collect(),
         }
     }
 

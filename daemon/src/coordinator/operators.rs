@@ -81,6 +81,7 @@ impl Coordinator {
         let granted = match request {
             Request::Tasks(filter) => return self.list_tasks(filter).map_or_else(Answer::refused, Answer::tasks),
             Request::Status => Err(refused("status is answered by the supervisor, not by the coordinator", None)),
+            Request::Events { after } => return Answer::Now(Reply::Events(self.log.after(*after))),
             Request::Stop => {
                 self.enough();
                 return Answer::Now(Reply::Stopping);

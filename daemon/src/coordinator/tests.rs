@@ -389,7 +389,7 @@ pub(super) fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
             Reply::Refused { problem, .. } => (ticket, problem),
             Reply::Failed { problem, .. } => (ticket, format!("failed: {problem}")),
             Reply::Unconfirmed { problem, .. } => (ticket, problem),
-            Reply::Status(_) | Reply::Stopping => panic!("that is said at once"),
+            Reply::Status(_) | Reply::Events(_) | Reply::Stopping => panic!("that is said at once"),
         })
         .collect()
 }
