@@ -40,7 +40,7 @@
 use crate::clock::{now_ns, timespec};
 use crate::map::Mapping;
 use crate::{Address, Result};
-use model::{RobotIndex, RobotInstance};
+use model::{Rate, RobotIndex, RobotInstance};
 use rustix::thread::futex;
 use std::sync::atomic::Ordering::{AcqRel, Acquire, Relaxed, Release};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
@@ -63,6 +63,10 @@ const OVER: usize = 104;
 const MEETING: usize = 108;
 /// The incarnation of the world whose board and frames count.
 const WORLD: usize = 112;
+/// Whether no tick opens without an operator.
+const PAUSED: usize = 116;
+/// The bits of the factor of the rate; 0 if there is none.
+const RATE: usize = 120;
 const COUNTER: usize = 128;
 const BELL: usize = 192;
 const CALLS: usize = 196;
@@ -286,6 +290,12 @@ impl Gate {
         }
     }
 
+    /// Says whether ticks of `lockstep` open without an operator, and at which rate.
+    pub fn set_pace(&self, paused: bool, rate: Rate) {
+        self.map.u32_at(PAUSED).store(paused.into(), Relaxed);
+        self.map.u64_at(RATE).store(rate.factor().map_or(0, f64::to_bits), Relaxed);
+    }
+
     /// The world's process of this incarnation goes on: its board is written, and robots read that from the next tick on.
     pub fn set_world_incarnation(&self, incarnation: u32) {
         self.map.u32_at(WORLD).store(incarnation, Release);
@@ -423,6 +433,13 @@ impl Gate {
         let word = |i: usize| self.map.u64_at(PROGRESS + 8 * i).load(Relaxed);
         let (robots, arrived) = ((word(1) >> 32) as u32, word(1) as u32);
         Progress { tick: word(0), robots, arrived, contacts: word(2), stamp_ns: word(3) }
+    }
+
+    /// Whether ticks of `lockstep` open without an operator, and at which rate.
+    pub fn pace(&self) -> (bool, Rate) {
+        let factor = f64::from_bits(self.map.u64_at(RATE).load(Relaxed));
+        let rate = if factor > 0.0 { Rate::Factor(factor) } else { Rate::Max };
+        (self.map.u32_at(PAUSED).load(Relaxed) != 0, rate)
     }
 
     /// How often the world's process was replaced: the boards and frames of the present one have this in their names.

@@ -5,6 +5,7 @@ mod check;
 mod fleet;
 mod inject;
 mod internal;
+mod pace;
 mod run;
 mod service;
 mod sweep;
@@ -16,6 +17,7 @@ pub use check::*;
 pub use fleet::*;
 pub use inject::*;
 pub use internal::*;
+pub use pace::*;
 pub use run::*;
 pub use service::*;
 pub use sweep::*;
@@ -90,6 +92,12 @@ pub enum Verb {
     Latency(LatencyArgs),
     /// Print what is known of a running fleet in the text format of Prometheus
     Metrics(MetricsArgs),
+    /// Pause a running fleet between two ticks
+    Pause(PauseArgs),
+    /// Let a paused fleet go on, or change the rate of a running one
+    Resume(ResumeArgs),
+    /// Do some ticks of a fleet, and pause it
+    Step(StepArgs),
     /// Add a robot to a running fleet
     Add(AddArgs),
     /// Take a robot out of a running fleet

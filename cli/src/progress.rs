@@ -39,7 +39,7 @@ pub struct Progress {
     terminal: bool,
     robots: usize,
     shown: Option<Instant>,
-    /// The line that is on the terminal now, to be drawn again below an event.
+    /// The line that is on the terminal now, or was printed last, to be drawn again below an event.
     line: String,
     began: Instant,
     repeats: Repeats,
@@ -76,7 +76,12 @@ impl Progress {
         let state = ProgressState { robots: state.robots.max(self.robots), ..*state };
         let line = line(&self.frame, &state);
         if !self.terminal {
-            return out::talk(&line);
+            // A fleet that is paused has no news.
+            if self.line != line {
+                out::talk(&line);
+                self.line = line;
+            }
+            return;
         }
         // The size may change while the run goes on; the last column stays free, some terminals wrap when it is used.
         let width = out::stderr_terminal_width().unwrap_or(80).saturating_sub(1);

@@ -6,21 +6,25 @@ use crate::file::{Files, STANDARD};
 use crate::out;
 use crate::progress::{Progress, ProgressState};
 use crate::record::RecordPlace;
+use crate::verbs::pace;
 use crate::{sink, source};
 use bus::clock;
 use daemon::coordinator::{self, News};
 use daemon::signals::Interrupted;
-use daemon::supervisor::{self, Finished, Watch};
-use model::{Mode, Outcome, RobotIndex, Scenario};
+use daemon::supervisor::{self, Finished, Start, Watch};
+use model::{Mode, Outcome, Rate, RobotIndex, Scenario};
 use protocol::world_to_daemon::Notice;
 use report::{ProcessFacts, RobotFacts, RunFacts, measured};
 use std::ffi::OsStr;
 use std::ops::ControlFlow;
 use std::path::Path;
 use world_sim::World;
+use world_sim::opener::{Opener, Opens};
 
 /// In `single`, ticks between two looks at the clock for the live line.
 const TICKS_PER_LOOK: u64 = 64;
+/// In `single`, the longest sleep without a look whether the run was interrupted, ns.
+const SLEEP_NS: u64 = 50_000_000;
 
 /// Runs what the command line asks for, prints the report, and says how to exit.
 ///
@@ -32,6 +36,7 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     if !scenario.warnings.is_empty() {
         out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
     }
+    let start = pace::start(&options.start, scenario.clock.mode)?;
     let mut files = files_of(&options.scenario, &scenario);
     // A report that goes to standard output goes there alone.
     let (named, format) = match options.report.as_deref() {
@@ -41,8 +46,8 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     let file = named.map(|path| sink::ReportFile::prepare(path, &mut files)).transpose()?;
     let record = options.record.as_deref().map(|path| RecordPlace::prepare(path, &mut files)).transpose()?;
     let (mut facts, failures) = match scenario.clock.mode {
-        Mode::Single => in_one_thread(scenario, record.as_ref())?,
-        Mode::Lockstep | Mode::Realtime => as_processes(scenario, record.as_ref())?,
+        Mode::Single => in_one_thread(scenario, record.as_ref(), start.rate)?,
+        Mode::Lockstep | Mode::Realtime => as_processes(scenario, record.as_ref(), start)?,
     };
     facts.failures = failures.iter().map(|failure| failure.message().to_owned()).collect();
     let report = report::assemble(facts);
@@ -72,11 +77,14 @@ fn files_of(named: &OsStr, scenario: &Scenario) -> Files {
 type Ran = (RunFacts, Vec<Failure>);
 
 /// `single`: no process, no shared memory.
-fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran, Failure> {
+fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>, rate: Rate) -> Result<Ran, Failure> {
     let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
     let mut recorder = record.map(|place| place.begin(&scenario)).transpose()?;
     let mut progress = Progress::new(scenario.robots.len(), scenario.clock.ticks_max, scenario.clock.tick_hz);
+    let mut opener = Opener::at(scenario.clock.dt_s(), rate);
     let started_ns = clock::now_ns();
+    // The first tick opens now, and the others count from it.
+    opener.opens(0, started_ns);
     let wall_s = move || clock::now_ns().saturating_sub(started_ns) as f64 * 1e-9;
     let show = &mut |world: &World| {
         if let Some(recorder) = &mut recorder {
@@ -91,7 +99,7 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran
                 progress.news(News::Event(event.kind.name()), &coordinator::describe(&scenario, event));
             }
         }
-        if world.tick().is_multiple_of(TICKS_PER_LOOK) {
+        let mut show = || {
             progress.update(&ProgressState {
                 tick: world.tick(),
                 robots: world.robot_count(),
@@ -99,6 +107,17 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran
                 contacts: world.contacts(),
                 wall_s: wall_s(),
             });
+        };
+        if rate == Rate::Max && world.tick().is_multiple_of(TICKS_PER_LOOK) {
+            show();
+        }
+        while rate != Rate::Max
+            && !world.finished()
+            && let Opens::At(due_ns) = opener.opens(world.tick(), clock::now_ns())
+            && !interrupted.yes()
+        {
+            show();
+            clock::sleep_until_ns(due_ns.min(clock::now_ns() + SLEEP_NS));
         }
         if interrupted.yes() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
@@ -113,9 +132,10 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran
 }
 
 /// `lockstep` and `realtime`: every robot a process.
-fn as_processes(scenario: Scenario, record: Option<&RecordPlace>) -> Result<Ran, Failure> {
+fn as_processes(scenario: Scenario, record: Option<&RecordPlace>, start: Start<'_>) -> Result<Ran, Failure> {
     let mut terminal = Terminal::new(&scenario);
-    let finished = supervisor::run(scenario, record.map(RecordPlace::path), &mut terminal);
+    let start = Start { record: record.map(RecordPlace::path), ..start };
+    let finished = supervisor::run(scenario, start, &mut terminal);
     terminal.finish();
     let finished = finished?;
     let failed = record.zip(finished.record_failed.as_ref()).map(|(place, cause)| place.failed(cause));

@@ -11,6 +11,7 @@ pub mod internal;
 pub mod latency;
 pub mod logs;
 pub mod metrics;
+pub mod pace;
 pub mod planners;
 pub mod plot;
 pub mod ps;

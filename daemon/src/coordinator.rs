@@ -10,6 +10,7 @@ mod member;
 mod membership;
 mod news;
 mod operators;
+mod pace;
 mod resync;
 mod stillness;
 mod tasks;
@@ -133,6 +134,7 @@ pub struct Coordinator {
     resync: Option<resync::Resync>,
     /// The number of the next question.
     resyncs: u64,
+    pace: pace::Pace,
 }
 
 /// Notices that found no room, since the start.
@@ -171,6 +173,7 @@ impl Coordinator {
             missed: Missed::default(),
             resync: None,
             resyncs: 0,
+            pace: pace::Pace::default(),
         }
     }
 
@@ -239,6 +242,7 @@ impl Coordinator {
             Notice::RestartLimit { instance } => self.restart_limit(instance),
             Notice::Answer { ticket, refused } => self.answered(ticket, refused),
             Notice::Task { id, step } => self.task_step(id, step),
+            Notice::Pace(state) => self.pace(state),
             Notice::Standings(standings) => self.standings(standings),
             Notice::Log(event) => {
                 self.newcomer_event(&event);

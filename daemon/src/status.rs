@@ -3,7 +3,7 @@
 use crate::coordinator::OpenTick;
 use crate::processes::state_of;
 use bus::{Gate, WorldObserver, clock};
-use model::{Mode, ProcessState, RobotInstance, Scenario};
+use model::{Mode, ProcessState, Rate, RobotInstance, Scenario};
 use protocol::operator_to_daemon::{RobotStatus, Status};
 use protocol::world_to_robot::Odometry;
 use std::time::Duration;
@@ -55,6 +55,8 @@ pub fn of(
     let missing = open.map_or_else(Vec::new, |open| open.missing);
     let name = |instance: &RobotInstance| robots.get(instance.index.at()).map(|robot| robot.id.clone());
     let waits_for = missing.iter().filter_map(name).collect();
+    let (paused, rate) = gate.pace();
+    let rate = if scenario.clock.mode == Mode::Realtime { Rate::Factor(1.0) } else { rate };
     let tick_age_ns = clock::now_ns().saturating_sub(progress.stamp_ns);
     Status {
         scenario: scenario.name.clone(),
@@ -65,6 +67,8 @@ pub fn of(
         world_pid,
         world_state: state_of(world_pid),
         tick_age_s: (progress.stamp_ns > 0).then_some(tick_age_ns as f64 * 1e-9),
+        paused,
+        rate: rate.factor(),
         waits_for,
         robots,
     }

@@ -28,7 +28,7 @@ use bus::{
 };
 use ending::full_memory;
 use keeping::Keeper;
-use model::{RobotIndex, RobotInstance, Scenario};
+use model::{Rate, RobotIndex, RobotInstance, Scenario};
 use places::Bids;
 use protocol::FLEET_VERSION;
 use protocol::codec;
@@ -63,6 +63,17 @@ pub struct FleetView<'a> {
     pub address: &'a Address,
     /// Its processes; the world's is the first.
     pub pids: &'a [u32],
+}
+
+/// How a run begins.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Start<'a> {
+    /// Where the world leaves a record, if it is to leave one.
+    pub record: Option<&'a Path>,
+    /// `lockstep`: no tick opens before an operator lets it.
+    pub paused: bool,
+    /// `lockstep`: the rate to which ticks are held.
+    pub rate: Rate,
 }
 
 /// Whoever watches a run.
@@ -126,13 +137,13 @@ pub struct Supervisor {
     _lease: Lease,
 }
 
-/// Runs a scenario as real processes, and removes everything of it afterwards. The world leaves a record at `record`.
+/// Runs a scenario as real processes, and removes everything of it afterwards.
 ///
 /// # Errors
 /// When the environment fails: shared memory, an executable, a process that cannot be started, a dead world; or when
 /// the run is interrupted twice.
-pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> Result<Finished, Error> {
-    run_as(scenario, record, None, watch)
+pub fn run(scenario: Scenario, start: Start<'_>, watch: &mut dyn Watch) -> Result<Finished, Error> {
+    run_as(scenario, start, None, watch)
 }
 
 /// Runs a scenario as a fleet that is left running, until an operator or a signal asks for the end. What outlives it is in
@@ -140,13 +151,13 @@ pub fn run(scenario: Scenario, record: Option<&Path>, watch: &mut dyn Watch) -> 
 ///
 /// # Errors
 /// As [`run`]; and when the database or the log of the service cannot be written at the start.
-pub fn serve(scenario: Scenario, service: Service, watch: &mut dyn Watch) -> Result<Finished, Error> {
-    run_as(scenario, None, Some(service), watch)
+pub fn serve(scenario: Scenario, service: Service, start: Start<'_>, watch: &mut dyn Watch) -> Result<Finished, Error> {
+    run_as(scenario, start, Some(service), watch)
 }
 
 fn run_as(
     scenario: Scenario,
-    record: Option<&Path>,
+    start: Start<'_>,
     service: Option<Service>,
     watch: &mut dyn Watch,
 ) -> Result<Finished, Error> {
@@ -160,7 +171,8 @@ fn run_as(
         .map_err(|error| Error::new(Kind::Process, format!("signals: cannot install handlers: {error}")))?;
     let address = Address::create()?;
     let result =
-        Supervisor::create(address.clone(), scenario, executables, record, signals).and_then(|mut supervisor| {
+        Supervisor::create(address.clone(), scenario, executables, start.record, signals).and_then(|mut supervisor| {
+            supervisor.coordinator.begin_at(start.paused, start.rate);
             if let Some(service) = service {
                 supervisor.take_helm()?;
                 supervisor.begin_service(service, Robots::New)?;
@@ -263,6 +275,8 @@ impl Supervisor {
     /// Starts the world, and the agents of all robots that are there from the beginning.
     fn start(&mut self) -> Result<(), Error> {
         self.spawned_ns = Some(clock::now_ns());
+        // The world finds in its orders at what pace to begin.
+        self.act(None);
         self.children.spawn_world(0)?;
         self.coordinator.begin();
         self.act(None);

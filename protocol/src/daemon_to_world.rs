@@ -1,7 +1,7 @@
 //! What the daemon tells the world: facts about processes, and what operators ask for. The world decides what they
 //! mean, at the next boundary between two ticks.
 
-use model::{Fault, Robot, RobotIndex, RobotInstance, Task, TaskId};
+use model::{Fault, PaceChange, Robot, RobotIndex, RobotInstance, Task, TaskId};
 use serde::{Deserialize, Serialize};
 
 /// One order.
@@ -62,6 +62,13 @@ pub enum Order {
     /// A daemon wants to know how everything stands: it is new, or the world is. The answer is a
     /// [`Notice::Standings`](crate::world_to_daemon::Notice::Standings) with this number.
     Resync(u64),
+    /// Ticks are to stop, to go on, or to go on for a while. It takes effect between two ticks, in `lockstep` only.
+    Pace {
+        /// Its number, given by the daemon.
+        id: PaceId,
+        /// What is to be.
+        change: PaceChange,
+    },
     /// The run ends after the present tick.
     Stop,
 }
@@ -82,7 +89,13 @@ pub enum Ticket {
     Fault(FaultId),
     /// [`Order::Cancel`] of the task with this number.
     Cancel(TaskId),
+    /// [`Order::Pace`] with this number. Steps are answered when they have been done.
+    Pace(PaceId),
 }
+
+/// The number of a change of the pace, given by the daemon. No two daemons of a fleet give the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct PaceId(pub u64);
 
 /// The number of a fault that an operator asked for, given by the daemon: 0 for the first of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -98,6 +111,7 @@ impl Order {
             Order::Task { id, .. } => Some(Ticket::Task(*id)),
             Order::Fault { id, .. } => Some(Ticket::Fault(*id)),
             Order::Cancel { id, .. } => Some(Ticket::Cancel(*id)),
+            Order::Pace { id, .. } => Some(Ticket::Pace(*id)),
             Order::Absent { .. } | Order::Resync(_) | Order::Stop => None,
         }
     }

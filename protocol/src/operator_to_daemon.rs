@@ -1,11 +1,11 @@
 //! What a second terminal asks of a running fleet, and what it is answered.
 
-use model::{Event, Fault, Mode, ProcessState, RobotIndex, Task, TaskId, TaskState};
+use model::{Event, Fault, Mode, PaceChange, PaceState, ProcessState, RobotIndex, Task, TaskId, TaskState};
 use serde::{Deserialize, Serialize};
 
 /// Version of the requests and replies: goes up with every change of theirs. Both sides name theirs before they say
 /// anything else.
-pub const PROTOCOL_VERSION: u32 = 8;
+pub const PROTOCOL_VERSION: u32 = 9;
 
 /// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +46,8 @@ pub enum Request {
         /// Name of the robot.
         robot: String,
     },
+    /// Ticks are to stop, to go on, or to go on for a while; in `lockstep`.
+    Pace(PaceChange),
 }
 
 /// Goals for robots.
@@ -182,6 +184,9 @@ pub enum Reply {
     },
     /// The fleet is ending.
     Stopping,
+    /// To [`Request::Pace`]: the fleet keeps this pace. Steps that took too long to be waited for are still under way then
+    /// ([`PaceState::until_tick`]).
+    Pace(PaceState),
     /// It has been done to the robot.
     Injected {
         /// It ends after this many ticks; `None`: when the robot is resumed, or it is over already.
@@ -232,6 +237,11 @@ pub struct Status {
     /// Since the newest tick, wall time, s; `None` before the first. It grows while the world is stopped, hangs, or waits
     /// for a robot.
     pub tick_age_s: Option<f64>,
+    /// `lockstep`: no tick opens without an operator.
+    pub paused: bool,
+    /// Simulated time per wall time to which ticks are held, 1 in `realtime`; `None`: they follow one another as fast as the
+    /// processes can.
+    pub rate: Option<f64>,
     /// The robots that the newest tick of `lockstep` has been waiting for, if it has for longer than half a second.
     pub waits_for: Vec<String>,
     /// The robots, in their order.

@@ -1,7 +1,7 @@
 //! What the world tells the daemon: whom it expects, what happened, and in the end the outcome.
 
 use crate::daemon_to_world::Ticket;
-use model::{Event, Outcome, RobotIndex, RobotInstance, TaskId, TaskStep};
+use model::{Event, Outcome, PaceState, RobotIndex, RobotInstance, TaskId, TaskStep};
 use serde::{Deserialize, Serialize};
 
 /// Something that the daemon acts on while the run goes on.
@@ -60,6 +60,8 @@ pub enum Notice {
         /// What became of it.
         step: TaskStep,
     },
+    /// The pace of the fleet is another one.
+    Pace(PaceState),
     /// How everything stands: the answer to [`Order::Resync`](crate::daemon_to_world::Order::Resync), in one piece.
     Standings(Standings),
     /// An entry for the log of the run.

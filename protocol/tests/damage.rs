@@ -6,8 +6,8 @@ mod counting;
 
 use counting::peak_of;
 use model::{
-    Event, EventKind, Fault, Gone, Outcome, Partner, RobotIndex, RobotInstance, RobotOutcome, Scenario, Task, TaskEnd,
-    TaskId, TaskState, TaskStep, Touch,
+    Event, EventKind, Fault, Gone, Outcome, PaceChange, PaceState, Partner, Rate, RobotIndex, RobotInstance,
+    RobotOutcome, Scenario, Task, TaskEnd, TaskId, TaskState, TaskStep, Touch,
 };
 use proptest::prelude::*;
 use scenarios::Overrides;
@@ -15,7 +15,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use shoal_protocol::codec::{EXPANSION_MAX, RESERVE_MAX, decode, encode};
 use shoal_protocol::daemon_to_robot::AgentSpec;
-use shoal_protocol::daemon_to_world::{Absence, FaultId, Order, Ticket};
+use shoal_protocol::daemon_to_world::{Absence, FaultId, Order, PaceId, Ticket};
 use shoal_protocol::operator_to_daemon::{
     Assign, NewRobot, NewTasks, Reply, Request, RobotStatus, Status, TaskChange, TaskFilter, TaskRecord,
 };
@@ -91,6 +91,8 @@ fn kinds() -> Vec<Kind> {
         Order::Fault { id: FaultId(1), index: RobotIndex(3), fault: Fault::SlowCpu { ms: 2.5 }, ticks: Some(75) },
         Order::Cancel { id: TaskId(1), index: RobotIndex(3) },
         Order::Stop,
+        Order::Pace { id: PaceId(1), change: PaceChange::Resume { rate: Some(Rate::Factor(2.0)) } },
+        Order::Pace { id: PaceId(2), change: PaceChange::Step { ticks: 3 } },
     ];
     orders.extend(absences.map(|cause| Order::Absent { instance, cause }));
     let step = TaskChange { at_ms: 1, state: TaskState::Failed, robot: text(), reason: text() };
@@ -125,6 +127,7 @@ fn kinds() -> Vec<Kind> {
             Request::Remove { robot: text() },
             Request::Restart { robot: text() },
             Request::Inject { robot: text(), fault: Fault::Drop { share: 0.5 }, for_s: Some(1.5) },
+            Request::Pace(PaceChange::Pause),
         ]),
         kind(&[
             Reply::Status(status),
@@ -133,6 +136,7 @@ fn kinds() -> Vec<Kind> {
             Reply::Tasks(vec![record]),
             Reply::Removed { robot: text() },
             Reply::Stopping,
+            Reply::Pace(PaceState { until_tick: Some(7), rate: Rate::Factor(0.5), ..PaceState::default() }),
             Reply::Injected { ticks: Some(75) },
             Reply::Unconfirmed { problem: text(), hint: text() },
             Reply::Failed { problem: text(), hint: text() },
@@ -150,6 +154,7 @@ fn kinds() -> Vec<Kind> {
             Notice::Answer { ticket: Ticket::Task(TaskId(1)), refused: Some(text()) },
             Notice::Task { id: TaskId(1), step: TaskStep::Dropped(TaskEnd::Overdue) },
             Notice::Log(event()),
+            Notice::Pace(PaceState { until_tick: Some(7), ..PaceState::default() }),
         ]),
         kind(&[outcome()]),
         kind(&scenarios.each_ref().map(|scenario| AgentSpec::new(scenario, &scenario.robots[0], instance))),

@@ -40,6 +40,9 @@ texts! {
     of_latency: "latency --help",
     of_stress: "stress --help",
     of_sweep: "sweep --help",
+    of_pause: "pause --help",
+    of_resume: "resume --help",
+    of_step: "step --help",
     of_add: "add --help",
     of_remove: "remove --help",
     of_restart: "restart --help",
@@ -64,7 +67,7 @@ fn no_verb_is_forgotten() {
     let command = shoal::args::Cli::command();
     let verbs: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
-    let known = "run up down plot reproduce sweep stress bench validate schema planners doctor clean ps logs latency metrics add remove restart task inject";
+    let known = "run up down plot reproduce sweep stress bench validate schema planners doctor clean ps logs latency metrics pause resume step add remove restart task inject";
     assert_eq!(verbs.join(" "), known);
 }
 

@@ -19,6 +19,7 @@ mod lives;
 mod metrics;
 mod operators;
 mod orphans;
+mod pace;
 mod places;
 mod processes;
 mod rlimits;

@@ -11,7 +11,7 @@
 use crate::counting::{held, peak_of};
 use crate::random::Random;
 use daemon::coordinator::{Action, Answer, BATCH_MAX, Coordinator, Ending, Place, Signal, WAITING_MAX};
-use model::{Fault, RobotIndex, Scenario, Task, TaskState};
+use model::{Fault, PaceChange, Rate, RobotIndex, Scenario, Task, TaskState};
 use protocol::codec::{self, EXPANSION_MAX, RESERVE_MAX};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
@@ -102,6 +102,9 @@ fn sensible() -> Vec<Request> {
         Request::Stop,
         Request::Remove { robot: robot() },
         Request::Restart { robot: robot() },
+        Request::Pace(PaceChange::Pause),
+        Request::Pace(PaceChange::Resume { rate: Some(Rate::Factor(2.5)) }),
+        Request::Pace(PaceChange::Step { ticks: 3 }),
     ];
     let faults = [
         (Fault::Kill, None),
@@ -119,7 +122,7 @@ fn sensible() -> Vec<Request> {
         match request {
             Request::Status | Request::Events { .. } | Request::Add(_) | Request::Task(_) | Request::Inject { .. } => {}
             Request::Tasks(_) | Request::Cancel(_) | Request::Stop => {}
-            Request::Remove { .. } | Request::Restart { .. } => {}
+            Request::Remove { .. } | Request::Restart { .. } | Request::Pace(_) => {}
         }
     }
     requests
@@ -190,6 +193,11 @@ fn hostile(random: &mut Random) -> Request {
             },
         }),
         3 if maybe(random) => Request::Cancel(name(random)),
+        3 if maybe(random) => Request::Pace(match random.below(3) {
+            0 => PaceChange::Pause,
+            1 => PaceChange::Step { ticks: [0, 1, u64::MAX][random.below(3)] },
+            _ => PaceChange::Resume { rate: maybe(random).then(|| Rate::Factor(number(random))) },
+        }),
         3 if maybe(random) => Request::Remove { robot: name(random) },
         3 if maybe(random) => Request::Restart { robot: name(random) },
         3 => Request::Tasks(TaskFilter {
@@ -394,9 +402,12 @@ fn makes_sense(request: &Request) -> bool {
     let is_angle = |yaw: Option<f64>| yaw.is_none_or(|yaw| yaw.abs() <= 1e6);
     let is_key = |key: &String| key.len() <= 64 && key.chars().all(|c| c.is_ascii_alphanumeric() || "-_.:".contains(c));
     match request {
-        Request::Status | Request::Tasks(_) | Request::Stop => false,
+        Request::Status | Request::Events { .. } | Request::Tasks(_) | Request::Stop => false,
         Request::Cancel(name) => is_key(name),
         Request::Remove { robot } | Request::Restart { robot } => robot.is_ascii(),
+        Request::Pace(PaceChange::Pause) => true,
+        Request::Pace(PaceChange::Step { ticks }) => *ticks > 0,
+        Request::Pace(PaceChange::Resume { rate }) => rate.is_none_or(|rate| rate.problem().is_none()),
         Request::Add(NewRobot { id, start_m, start_yaw_rad, goal_m, goal_yaw_rad, .. }) => {
             let is_name = |id: &String| {
                 let letters = "abcdefghijklmnopqrstuvwxyz0123456789_-";
@@ -493,6 +504,7 @@ fn sensible_requests_are_handed_on() {
                 | Request::Restart { .. }
                 | Request::Task(_)
                 | Request::Inject { .. }
+                | Request::Pace(_)
         )
     };
     for request in sensible().iter().filter(is_handed_on) {

@@ -33,6 +33,8 @@ pub(crate) struct Fleet {
     pub(crate) broken_off: bool,
     /// Decides about faults on purpose, if there are any. Its own: storms without them are what they were.
     pub(crate) mischief: Option<Dice>,
+    /// Decides about the pace, if operators change it.
+    pub(crate) pacer: Option<Dice>,
     /// Decides about the deaths of daemons and worlds, if there are any.
     pub(crate) succession: Option<Dice>,
 }
@@ -78,6 +80,7 @@ impl Fleet {
             gust,
             broken_off: false,
             mischief: None,
+            pacer: None,
             succession: None,
         }
     }
@@ -85,6 +88,11 @@ impl Fleet {
     /// Operators put faults on robots, too.
     pub(crate) fn with_mischief(self, seed: u64) -> Fleet {
         Fleet { mischief: Some(Dice::new(seed ^ 0x6661_756c)), ..self }
+    }
+
+    /// Operators change the pace, too.
+    pub(crate) fn with_pace(self, seed: u64) -> Fleet {
+        Fleet { pacer: Some(Dice::new(seed ^ 0x7061_6365)), ..self }
     }
 
     /// Lets it blow until all is over.
@@ -119,6 +127,7 @@ impl Fleet {
         coverage.restarts_acknowledged = answers.restarted;
         coverage.removals_acknowledged = answers.removed;
         coverage.faults_acknowledged = answers.faults;
+        coverage.paces_acknowledged = answers.paces;
         coverage.refused = answers.refused;
         coverage.unconfirmed = answers.unconfirmed;
         coverage.restart_limits = restart_limits;
@@ -136,9 +145,12 @@ impl Fleet {
             Turn::Daemon => self.daemon.turn(&mut self.kernel, &mut self.operators, &mut self.shared),
             Turn::Agent(index) => self.kernel.run(index, &mut self.shared),
             Turn::Weather => {
-                self.rage();
-                self.harm();
-                self.succeed();
+                if !self.shared.calm {
+                    self.rage();
+                    self.harm();
+                    self.succeed();
+                }
+                self.change_pace();
                 self.gust = self.next_gust();
             }
         }
@@ -163,7 +175,7 @@ impl Fleet {
 
     fn next(&self) -> (u64, Turn) {
         let agent = self.kernel.next().map(|(at, index)| (at, Turn::Agent(index)));
-        let weather = (!self.shared.calm).then_some((self.gust, Turn::Weather));
+        let weather = (!self.shared.calm || self.pacer.is_some()).then_some((self.gust, Turn::Weather));
         let turns = [
             Some((self.world.wake.max(self.world_stopped), Turn::World)),
             Some((self.daemon.wake.max(self.daemon_stopped), Turn::Daemon)),

@@ -81,7 +81,7 @@ fn a_fleet_weathers_any_storm() {
     let missing: Vec<&str> = coverage
         .missing()
         .into_iter()
-        .filter(|text| !text.starts_with("faults ") && !text.starts_with("successions"))
+        .filter(|text| !text.starts_with("faults ") && !text.starts_with("successions") && !text.starts_with("paces"))
         .collect();
     assert!(wanted.is_some() || missing.is_empty(), "{missing:?}\n{coverage}");
 }
@@ -123,6 +123,33 @@ fn a_fleet_weathers_faults_on_purpose() {
     });
     let wanted = [coverage.faults_asked, coverage.faults_acknowledged, coverage.faults, coverage.faults_over];
     assert!(wanted.iter().all(|times| *times > 100), "{coverage}");
+}
+
+/// The same with operators who pause the fleet, let it go on, step it and change its rate, if it is in `lockstep`.
+#[test]
+fn a_fleet_weathers_pauses_and_steps() {
+    let mut coverage = Coverage::default();
+    seeds(0..200, |seed| {
+        let came = Fleet::new(seed, Plan::new(seed, None)).with_pace(seed).run();
+        coverage.add(&came.coverage);
+    });
+    let wanted = [coverage.paces_asked, coverage.paces_acknowledged, coverage.holds];
+    assert!(wanted.iter().all(|times| *times > 500), "{coverage}");
+}
+
+/// Whatever operators do to its pace, it is the same run.
+#[test]
+fn a_fleet_whose_ticks_are_held_does_what_single_does() {
+    let mut coverage = Coverage::default();
+    seeds(0..10, |seed| {
+        let plan = Plan::calm(seed);
+        let scenario = plan.scenario.clone();
+        let single = single::run(&scenario, &mut |_, _| std::ops::ControlFlow::Continue(()));
+        let came = Fleet::new(seed, plan).with_pace(seed).run();
+        assert_eq!(came.outcome, single.expect("its methods exist"));
+        coverage.add(&came.coverage);
+    });
+    assert!(coverage.holds > 50, "{coverage}");
 }
 
 /// The same with robots of which each has its own restart policy: with a limit, a window, and delays that grow.

@@ -28,6 +28,7 @@ pub(crate) struct Answers {
     pub(crate) removed: u64,
     pub(crate) restarted: u64,
     pub(crate) faults: u64,
+    pub(crate) paces: u64,
     pub(crate) refused: u64,
     pub(crate) unconfirmed: u64,
 }
@@ -92,6 +93,7 @@ impl Operators {
                     answers.removed += 1;
                 }
                 (Reply::Injected { .. }, Some(Ticket::Fault(_))) => answers.faults += 1,
+                (Reply::Pace(_), Some(Ticket::Pace(_))) => answers.paces += 1,
                 (Reply::Unconfirmed { .. }, Some(_)) => answers.unconfirmed += 1,
                 (Reply::Refused { problem, .. }, ticket) => {
                     answers.refused += 1;
@@ -110,7 +112,8 @@ impl Operators {
                             assert!(!is_there, "{index} {incarnation} was refused: {problem}");
                         }
                         // The task may have been done, or dropped, before.
-                        Some(Ticket::Cancel(_) | Ticket::Fault(_) | Ticket::Remove(_) | Ticket::Restart(_)) | None => {}
+                        Some(Ticket::Cancel(_) | Ticket::Fault(_) | Ticket::Remove(_) | Ticket::Restart(_)) => {}
+                        Some(Ticket::Pace(_)) | None => {}
                     }
                 }
                 (Reply::Tasks(records), Some(Ticket::Cancel(id))) => {

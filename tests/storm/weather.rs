@@ -4,7 +4,7 @@ use crate::agent::Fate;
 use crate::dice::MS;
 use crate::fleet::Fleet;
 use daemon::coordinator::Signal;
-use model::{Fault, ProcessState, RobotIndex, Task};
+use model::{Fault, PaceChange, ProcessState, Rate, RobotIndex, Task};
 use protocol::operator_to_daemon::{Assign, NewRobot, NewTasks, Request};
 
 /// Something that happens.
@@ -170,6 +170,27 @@ impl Fleet {
         self.shared.coverage.faults_asked += 1;
     }
 
+    /// An operator may want another pace.
+    pub(crate) fn change_pace(&mut self) {
+        let Some(dice) = self.pacer.as_mut() else { return };
+        if !dice.permille(300) {
+            return;
+        }
+        let change = match dice.below(6) {
+            0 | 1 => PaceChange::Pause,
+            2 | 3 => PaceChange::Step { ticks: 1 + dice.below(9) as u64 },
+            4 => PaceChange::Resume { rate: None },
+            _ => PaceChange::Resume { rate: Some(dice.pick(&[Rate::Max, Rate::Factor(0.5), Rate::Factor(20.0)])) },
+        };
+        self.ask_pace(change);
+    }
+
+    fn ask_pace(&mut self, change: PaceChange) {
+        self.operators.ask(Request::Pace(change));
+        self.shared.calls.daemon = true;
+        self.shared.coverage.paces_asked += 1;
+    }
+
     fn add(&mut self) {
         self.guests += 1;
         let y_m = -3.0 * (self.guests % 15) as f64;
@@ -192,6 +213,9 @@ impl Fleet {
         self.shared.tell(|| "weather: calm".to_owned());
         self.daemon_stopped = 0;
         self.world_stopped = 0;
+        if self.pacer.take().is_some() {
+            self.ask_pace(PaceChange::Resume { rate: Some(Rate::Max) });
+        }
         self.kernel.calm_down(&mut self.shared);
         self.shared.calls.daemon = true;
         self.shared.calls.world = true;

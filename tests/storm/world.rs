@@ -13,6 +13,7 @@ use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::Odometry;
 use std::time::Duration;
 use world_sim::attendance::{Attendance, PATIENCE, command_of, command_of_tick};
+use world_sim::opener::Opens;
 use world_sim::pace::Pace;
 use world_sim::{Opening, World};
 
@@ -161,6 +162,10 @@ impl WorldProcess {
             }
             _ if self.over() => self.begin_leaving(shared),
             _ => {
+                match self.world.opens(shared.now) {
+                    Opens::Now => {}
+                    opens => return self.hold(opens, shared),
+                }
                 self.open_tick(shared);
                 self.attendance.await_answers(shared.now);
                 shared.calls.agents = true;
@@ -169,6 +174,18 @@ impl WorldProcess {
                 self.wake = if self.world.participants().is_empty() { shared.now + MS } else { self.wake };
             }
         }
+    }
+
+    /// The next tick is not to open yet.
+    fn hold(&mut self, opens: Opens, shared: &mut Shared) {
+        shared.coverage.holds += 1;
+        if let Opens::At(due_ns) = opens {
+            self.wake = self.wake.min(due_ns);
+        }
+        self.world.take_effect();
+        let memory = &shared.memory;
+        self.attendance.welcome_back(&mut self.world, &|instance| memory.signs(instance));
+        self.send_notices(shared);
     }
 
     fn meet(&mut self, begun_ns: u64, shared: &mut Shared) {

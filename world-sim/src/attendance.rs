@@ -95,7 +95,7 @@ impl Attendance {
         world.order(Order::Absent { instance, cause });
     }
 
-    /// A tick is over: robots that gave a sign of life since they were given up come back.
+    /// No tick is open: robots that gave a sign of life since they were given up come back.
     pub fn welcome_back(&mut self, world: &mut World, signs: &dyn Fn(RobotInstance) -> u64) {
         self.silent.retain(|(instance, before)| {
             let alive = signs(*instance) != *before;

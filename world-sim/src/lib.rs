@@ -16,6 +16,7 @@
 //! faults      what is done on purpose
 //! journal     log and notices
 //! attendance  which processes answer      pace        when periods begin
+//! opener      when ticks of lockstep open
 //! shell       the process                 recorder    everything into a file
 //! touch       where bodies touched first
 //! outcome_file  what the process leaves   checkpoints  what another one can go on from
@@ -32,6 +33,7 @@ mod grid;
 mod journal;
 mod links;
 mod moving;
+pub mod opener;
 pub mod outcome_file;
 pub mod pace;
 mod presence;

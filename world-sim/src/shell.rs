@@ -3,6 +3,7 @@
 
 use crate::attendance::{self, Attendance, PATIENCE, Seen};
 use crate::checkpoints::{self, Checkpoints, Haste};
+use crate::opener::Opens;
 use crate::outcome_file::OutcomeFile;
 use crate::pace::Pace;
 use crate::recorder::Recorder;
@@ -12,7 +13,7 @@ use bus::{
     Address, BusError, FramePublisher, Gate, Lease, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
     StatsWriter, Strips, WorldWriter, clock, gate, helm,
 };
-use model::{Drive, Metric, Mode, RobotIndex, RobotInstance, Scenario};
+use model::{Drive, Metric, Mode, PaceState, RobotIndex, RobotInstance, Scenario};
 use protocol::codec::{self, CodecError};
 use protocol::daemon_to_world::Absence;
 use protocol::robot_to_world::Command;
@@ -136,6 +137,8 @@ struct Shell {
     blank: bool,
     attendance: Attendance,
     straggler_limit: Duration,
+    /// The pace that the gate tells.
+    pace: PaceState,
     /// Participants that have not answered the open tick.
     missing: Vec<RobotInstance>,
     command_timeout_ns: u64,
@@ -172,6 +175,7 @@ impl Shell {
             blank: incarnation > 0,
             attendance: Attendance::new(slots, straggler_limit, command_timeout_ns),
             straggler_limit,
+            pace: PaceState::default(),
             missing: Vec::with_capacity(slots),
             command_timeout_ns,
             node,
@@ -184,11 +188,20 @@ impl Shell {
 
     /// `lockstep`: open a tick, wait for everybody's answer, integrate.
     fn lockstep(&mut self) {
+        // At what pace to begin the daemon has said before it started this process.
+        self.take_orders();
         loop {
             self.send_notices();
             self.await_due();
             if self.over() {
                 return;
+            }
+            match self.world.opens(clock::now_ns()) {
+                Opens::Now => {}
+                opens => {
+                    self.hold(opens);
+                    continue;
+                }
             }
             self.open_tick();
             let (tick, opened_ns) = (self.world.tick(), clock::now_ns());
@@ -207,6 +220,20 @@ impl Shell {
             self.close_tick(now_ns);
             self.take_orders();
         }
+    }
+
+    /// The next tick is not to open yet. Orders are taken, take effect and are answered all the same.
+    fn hold(&mut self, opens: Opens) {
+        let left = match opens {
+            Opens::At(due_ns) => Duration::from_nanos(due_ns.saturating_sub(clock::now_ns())),
+            Opens::Now | Opens::OnOrder => PATIENCE,
+        };
+        self.gate.wait_call(left.min(PATIENCE));
+        if self.take_orders() {
+            self.world.take_effect();
+        }
+        let gate = &self.gate;
+        self.attendance.welcome_back(&mut self.world, &|instance| gate.signs(instance));
     }
 
     /// `realtime`: at every period take the newest commands, integrate, publish. Nobody is waited for.
@@ -473,7 +500,19 @@ impl Shell {
             self.attendance.take(&mut self.world, order, &|instance| gate.signs(instance));
             came = true;
         }
+        if came {
+            self.tell_pace();
+        }
         came
+    }
+
+    /// Tells everybody the pace, if it is another one.
+    fn tell_pace(&mut self) {
+        let pace = self.world.pace();
+        if (pace.paused, pace.rate) != (self.pace.paused, self.pace.rate) {
+            self.gate.set_pace(pace.paused, pace.rate);
+            self.pace = pace;
+        }
     }
 
     /// The same where the next tick may wait for the daemon: what is answered without a tick does not wait for it.

@@ -16,6 +16,7 @@ use crate::faults::Faults;
 use crate::grid::Grid;
 use crate::journal::Journal;
 use crate::links::Parts;
+use crate::opener::{Opener, Opens};
 use crate::presence::{Presence, State};
 use crate::ranges::Ranges;
 use crate::referee::Referee;
@@ -23,7 +24,7 @@ use crate::shapes::Shapes;
 use crate::touch;
 use model::kinematics::fits;
 use model::{
-    Clock, Drive, EventKind, FilterCount, FilterKind, MAX_ROBOTS, Partner, Physics, PlanState, Radio, Robot,
+    Clock, Drive, EventKind, FilterCount, FilterKind, MAX_ROBOTS, PaceState, Partner, Physics, PlanState, Radio, Robot,
     RobotIndex, RobotInstance, Scenario, StragglerPolicy, TimelineAction, TimelineEvent, Touch,
 };
 use nalgebra::Point2;
@@ -51,6 +52,7 @@ pub struct World {
     /// Orders or events have taken effect since the last tick was closed.
     stirred: bool,
     stopped: bool,
+    opener: Opener,
     orders: Vec<Order>,
     events: Vec<TimelineEvent>,
     /// The first event of the timeline that has not happened yet.
@@ -139,6 +141,7 @@ impl World {
             is_open: false,
             stirred: false,
             stopped: false,
+            opener: Opener::new(clock.dt_s()),
             orders: Vec::new(),
             events: scenario.events.clone(),
             next_event: 0,
@@ -426,6 +429,25 @@ impl World {
         self.announce();
         self.impairments_changed.clear();
         self.is_open = false;
+        self.answer_pace();
+    }
+
+    /// Whether the next tick of `lockstep` may open at this time, ns. The trajectories do not depend on it.
+    pub fn opens(&mut self, now_ns: u64) -> Opens {
+        self.opener.opens(self.tick, now_ns)
+    }
+
+    /// The pace that operators want.
+    pub fn pace(&self) -> PaceState {
+        self.opener.state(self.tick)
+    }
+
+    /// While no tick opens, orders take effect all the same: as they would at the beginning of the next one.
+    pub fn take_effect(&mut self) {
+        if !self.is_open && !self.orders.is_empty() {
+            self.apply_orders();
+            self.announce();
+        }
     }
 
     fn obey(&mut self, instance: RobotInstance, drive: Option<Drive>) {

@@ -1,7 +1,7 @@
 //! Runs of a scenario: `run`, and what is made of them: `plot`, `reproduce`.
 
 use super::values::parse_duration;
-use super::{DEFAULT_SCENARIO, Format};
+use super::{DEFAULT_SCENARIO, Format, StartArgs};
 use clap::{Args, ValueEnum};
 use model::FilterKind;
 use scenarios::Overrides;
@@ -17,6 +17,7 @@ Examples:
   shoal run ring-15 --robots 8 --seed 7 --duration 30s
   shoal run my.toml --set clock.tick_hz=100 --set radio.drop=0.1
   shoal run my.toml --format json > report.json
+  shoal run demo-15 --mode lockstep --rate 1
 
 SCENARIO is a file if it has a `/`, ends in .toml, or is a file that exists
 here; `-` is standard input; else it is a name from the catalog (`shoal
@@ -37,6 +38,9 @@ pub struct RunArgs {
     /// End after this much simulated time: 60s, 1.5m, 500ms, or seconds
     #[arg(long, value_name = "TIME", value_parser = parse_duration, allow_hyphen_values = true)]
     pub duration: Option<f64>,
+    /// How it begins.
+    #[command(flatten)]
+    pub start: StartArgs,
     /// Write the report to this file as JSON; `-` is standard output, instead of the text
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,

@@ -1,7 +1,7 @@
 //! Fleets that are left running: `up`, `down`, `logs`.
 
 use super::values::parse_duration;
-use super::{ChangeArgs, FleetArg, Format};
+use super::{ChangeArgs, FleetArg, Format, StartArgs};
 use clap::{Args, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -50,6 +50,9 @@ pub struct UpArgs {
     /// What the scenario is to be instead.
     #[command(flatten)]
     pub changes: ChangeArgs,
+    /// How it begins.
+    #[command(flatten)]
+    pub start: StartArgs,
     /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,

@@ -11,7 +11,7 @@ use crate::out;
 use bus::Address;
 use bus::clean::FleetEntry;
 use bus::clock;
-use model::ProcessState;
+use model::{Mode, ProcessState};
 use protocol::operator_to_daemon::{Reply, Request, RobotStatus, Status};
 use report::numbers::fixed;
 use report::{Column, Page, table};
@@ -173,13 +173,18 @@ fn fleet_text(page: &mut Page, shown: &Shown<'_>, status: &Status) {
     }
 }
 
-/// What is wrong with the world, if anything is.
+/// What is wrong with the world, if anything is, and its pace, if it is not the usual one.
 fn world_words(status: &Status) -> String {
     let state = match status.world_state {
         ProcessState::Running => String::new(),
         state => format!(" ({})", state.word()),
     };
-    let age = match status.tick_age_s.filter(|age_s| *age_s > TICK_AGE_S_MAX) {
+    let pace = match (status.paused, status.rate) {
+        (true, _) => ", paused".to_owned(),
+        (false, Some(rate)) if status.mode != Mode::Realtime => format!(", at {rate} times real time"),
+        (false, _) => String::new(),
+    };
+    let age = match status.tick_age_s.filter(|age_s| *age_s > TICK_AGE_S_MAX && !status.paused) {
         Some(age_s) => format!(", last tick {age_s:.1} s ago"),
         None => String::new(),
     };
@@ -187,7 +192,7 @@ fn world_words(status: &Status) -> String {
         [] => String::new(),
         robots => format!(", waits for {}", report::judge::some_of(robots.iter().map(String::as_str).collect())),
     };
-    state + &age + &waits
+    state + &pace + &age + &waits
 }
 
 fn robot_row(robot: &RobotStatus) -> Vec<String> {
@@ -212,7 +217,7 @@ fn robot_row(robot: &RobotStatus) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model::{Mode, RobotIndex};
+    use model::RobotIndex;
 
     #[test]
     fn a_fleet_as_a_table() {
@@ -239,6 +244,8 @@ mod tests {
             world_pid: 4601,
             world_state: ProcessState::Running,
             tick_age_s: Some(0.013),
+            paused: false,
+            rate: Some(1.0),
             waits_for: Vec::new(),
             robots: [ProcessState::Running, ProcessState::Running, ProcessState::Dead, ProcessState::Awaited]
                 .into_iter()
@@ -264,6 +271,9 @@ mod tests {
         assert_eq!(world_words(&status), "");
         let waits = Status { tick_age_s: Some(3.21), waits_for: vec!["r01".into(), "r02".into()], ..status.clone() };
         assert_eq!(world_words(&waits), ", last tick 3.2 s ago, waits for r01, r02");
+        let lockstep = Status { mode: Mode::Lockstep, rate: Some(0.5), tick_age_s: Some(9.0), ..status.clone() };
+        assert_eq!(world_words(&lockstep), ", at 0.5 times real time, last tick 9.0 s ago");
+        assert_eq!(world_words(&Status { paused: true, ..lockstep }), ", paused");
         let stopped = Status { world_state: ProcessState::Stopped, tick_age_s: Some(3.21), ..status };
         assert_eq!(world_words(&stopped), " (stopped), last tick 3.2 s ago");
         assert_eq!((&json["fleet"], &json["robots"][1]["pid"]), (&json!("abcd234"), &json!(4701)));

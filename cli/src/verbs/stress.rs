@@ -6,7 +6,7 @@ use crate::args::{Format, StressArgs};
 use crate::exit::{self, Failure};
 use crate::{out, run};
 use bus::clean;
-use daemon::supervisor;
+use daemon::supervisor::{self, Start};
 use model::MAX_ROBOTS;
 use report::text::{bytes_text, latency_lines, period_lines};
 use report::{self, LatencyReport, Page, Report, Verdict};
@@ -74,7 +74,7 @@ pub fn run(options: &StressArgs) -> Result<i32, Failure> {
     }
     let scenario = fleet::scenario(options.robots, options.hz, options.duration)?;
     let mut terminal = run::Terminal::new(&scenario);
-    let finished = supervisor::run(scenario, None, &mut terminal);
+    let finished = supervisor::run(scenario, Start::default(), &mut terminal);
     terminal.finish();
     let finished = finished?.undisturbed()?;
     let left_over = clean::left_of(&finished.address);

@@ -1,6 +1,6 @@
 //! `shoal up`: a fleet that runs until it is stopped.
 
-use super::fleet;
+use super::{fleet, pace};
 use crate::args::{Format, UpArgs};
 use crate::exit::{self, Failure};
 use crate::run::{Terminal, facts_of};
@@ -11,7 +11,7 @@ use bus::clean::FleetEntry;
 use daemon::coordinator::News;
 use daemon::detach::{self, Saying, Side};
 use daemon::service::{Service, StateDir, check_name, default_state};
-use daemon::supervisor::{self, FleetView, Orphan, Watch};
+use daemon::supervisor::{self, FleetView, Orphan, Start, Watch};
 use model::{Mode, Scenario, Stop};
 use scenarios::Overrides;
 use serde_json::{Value, json};
@@ -44,7 +44,7 @@ pub fn run(options: &UpArgs) -> Result<i32, Failure> {
 /// The fleet that this process is to look after.
 enum Fleet {
     /// One to be started.
-    New { scenario: Box<Scenario>, name: String, state: PathBuf },
+    New { scenario: Box<Scenario>, start: Start<'static>, name: String, state: PathBuf },
     /// One that runs, and whose daemon has ended.
     Orphan(FleetEntry),
 }
@@ -56,7 +56,9 @@ impl Fleet {
             return Err(Failure::environment(format!("no fleet{wanted} runs without a daemon"))
                 .hint("`shoal ps` shows the fleets; with a SCENARIO, `shoal up --adopt` starts it if there is none"));
         };
-        let overrides = options.changes.overrides(Some(Mode::from(options.mode)), None);
+        let mode = Mode::from(options.mode);
+        let start = pace::start(&options.start, mode)?;
+        let overrides = options.changes.overrides(Some(mode), None);
         let mut scenario = source::load(source, &overrides)?;
         if !scenario.warnings.is_empty() {
             out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
@@ -69,7 +71,7 @@ impl Fleet {
             None => default_state(&name, &|variable| std::env::var_os(variable))?,
         };
         refuse_second(&name)?;
-        Ok(Fleet::New { scenario: Box::new(scenario), name, state })
+        Ok(Fleet::New { scenario: Box::new(scenario), start, name, state })
     }
 
     /// Its state directory.
@@ -99,9 +101,9 @@ impl Fleet {
     /// Takes its state directory, and the daemon's place if it runs.
     fn take(self, orphan_limit: Option<Duration>) -> Result<Taken, daemon::Error> {
         Ok(match self {
-            Fleet::New { scenario, name, state } => {
+            Fleet::New { scenario, start, name, state } => {
                 let service = Service::open(&name, StateDir::take(&state)?)?;
-                Taken::New(scenario, Service { orphan_limit, ..service })
+                Taken::New(scenario, start, Box::new(Service { orphan_limit, ..service }))
             }
             Fleet::Orphan(entry) => Taken::Orphan(Orphan::take(entry.address)?, orphan_limit),
         })
@@ -110,7 +112,7 @@ impl Fleet {
 
 /// A fleet for which this process is the only one to look after it.
 enum Taken {
-    New(Box<Scenario>, Service),
+    New(Box<Scenario>, Start<'static>, Box<Service>),
     Orphan(Orphan, Option<Duration>),
 }
 
@@ -118,7 +120,7 @@ impl Taken {
     /// Looks after it until its end.
     fn serve(self, watch: &mut dyn Watch) -> Result<supervisor::Finished, daemon::Error> {
         match self {
-            Taken::New(scenario, service) => supervisor::serve(*scenario, service, watch),
+            Taken::New(scenario, start, service) => supervisor::serve(*scenario, *service, start, watch),
             Taken::Orphan(orphan, orphan_limit) => orphan.serve(orphan_limit, watch),
         }
     }

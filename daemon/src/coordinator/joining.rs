@@ -8,6 +8,9 @@ use protocol::daemon_to_world::Ticket;
 use protocol::operator_to_daemon::Reply;
 use std::time::Duration;
 
+/// Why nobody joins at the moment.
+const PAUSED: &str = "the fleet is paused";
+
 /// A robot that the world has accepted.
 pub(super) struct Joining {
     ticket: Ticket,
@@ -82,7 +85,11 @@ impl Coordinator {
     /// Operators who have waited long enough are told that it is not known yet.
     pub(super) fn answer_late_joining(&mut self, now: Duration) {
         let seconds = CONFIRM_WITHIN.as_secs();
+        let held = self.pace.holds().then_some(self.pace.state.tick);
         self.give_up_joining(|joining| {
+            if let Some(tick) = held {
+                return Some(format!("{PAUSED} at tick {tick}, and it joins when the fleet goes on"));
+            }
             let since = *joining.since.get_or_insert(now);
             let is_late = now.saturating_sub(since) > CONFIRM_WITHIN;
             is_late.then(|| match (joining.entered, &joining.problem) {
@@ -106,7 +113,10 @@ impl Coordinator {
         self.joining.retain_mut(|joining| {
             let Some(why) = why(joining) else { return true };
             let problem = format!("robot `{}`: not confirmed: {why}", joining.robot);
-            let hint = "`shoal ps` shows the robots and their states".to_owned();
+            let hint = match why.starts_with(PAUSED) {
+                true => "`shoal step` or `shoal resume` lets the fleet go on".to_owned(),
+                false => "`shoal ps` shows the robots and their states".to_owned(),
+            };
             actions.push(Action::Reply(joining.ticket, Reply::Unconfirmed { problem, hint }));
             false
         });

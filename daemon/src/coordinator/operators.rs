@@ -45,6 +45,8 @@ pub(super) enum Owed {
     Joining,
     /// What has become of the task.
     Task,
+    /// The pace that the fleet keeps then.
+    Pace,
     /// Nothing: the operator has been answered.
     #[default]
     Nothing,
@@ -69,6 +71,7 @@ impl Waiting {
         match self.ticket {
             Ticket::Task(task) | Ticket::Cancel(task) => format!("task {task} of robot `{}`", self.robot),
             Ticket::Admit(_) | Ticket::Remove(_) | Ticket::Restart(_) => format!("robot `{}`", self.robot),
+            Ticket::Pace(_) => "pace of the fleet".to_owned(),
             Ticket::Fault(_) => format!("fault for robot `{}`", self.robot),
         }
     }
@@ -98,6 +101,7 @@ impl Coordinator {
             Request::Cancel(name) => {
                 self.cancel_task(name).map(|(ticket, robot)| Waiting::new(ticket, robot, Owed::Task))
             }
+            Request::Pace(change) => self.change_pace(*change),
             Request::Inject { robot, fault, for_s } => self.inject(robot, *fault, *for_s),
         };
         match granted {
@@ -135,16 +139,20 @@ impl Coordinator {
         match ticket {
             Ticket::Admit(instance) => self.not_admitted(instance),
             Ticket::Remove(index) => self.not_removed(index),
-            Ticket::Restart(_) | Ticket::Task(_) | Ticket::Cancel(_) | Ticket::Fault(_) => {}
+            Ticket::Restart(_) | Ticket::Task(_) | Ticket::Cancel(_) | Ticket::Fault(_) | Ticket::Pace(_) => {}
         }
-        let robot = &waiting.robot;
-        let refusal = refused(&format!("robot `{robot}`: {problem}"), hint_for(&problem));
+        let whose = match ticket {
+            Ticket::Pace(_) => "fleet".to_owned(),
+            _ => format!("robot `{}`", waiting.robot),
+        };
+        let refusal = refused(&format!("{whose}: {problem}"), hint_for(&problem));
         self.answer(waiting, refusal.into());
     }
 
     /// The world has taken an order: its operator is answered, or waits on.
     pub(super) fn taken(&mut self, mut waiting: Waiting) {
         match (std::mem::take(&mut waiting.owed), waiting.ticket) {
+            (Owed::Pace, ticket) => self.actions.push(Action::Reply(ticket, Reply::Pace(self.pace.state))),
             (Owed::Reply(reply), ticket) => self.actions.push(Action::Reply(ticket, reply)),
             (Owed::Task, Ticket::Cancel(id)) => {
                 let reply = self.cancelled(id);
@@ -192,6 +200,11 @@ impl Coordinator {
         for waiting in &mut self.waiting {
             let since = *waiting.since.get_or_insert(now);
             if now.saturating_sub(since) <= CONFIRM_WITHIN || std::mem::take(&mut waiting.owed) == Owed::Nothing {
+                continue;
+            }
+            if let (Ticket::Pace(_), Some(_)) = (waiting.ticket, self.pace.state.until_tick) {
+                // Steps are under way. How far they are `status` tells.
+                self.actions.push(Action::Reply(waiting.ticket, Reply::Pace(self.pace.state)));
                 continue;
             }
             let seconds = CONFIRM_WITHIN.as_secs();

@@ -5,6 +5,7 @@
 //! that goes on in its place, too: it is kept before it is told. Everything that was sent before the question has been looked at by the world when
 //! it answers, and everything sent later is left alone.
 
+use super::pace::Pace;
 use super::{Action, Coordinator, Signal, Waiting};
 use model::{ProcessState, RobotIndex, RobotInstance, Scenario, TaskId, TaskState};
 use protocol::daemon_to_world::{Absence, Order, Ticket};
@@ -31,6 +32,7 @@ impl Coordinator {
     pub fn adopted(scenario: Scenario, begun: &[(RobotInstance, Option<u32>)], era: u32) -> Coordinator {
         let mut coordinator = Coordinator::new(scenario);
         coordinator.resyncs = u64::from(era) << 32;
+        coordinator.pace = Pace::adopted(era);
         for (instance, pid) in begun {
             let Some(member) = coordinator.members.get_mut(instance.index.at()) else { continue };
             let is_newer = member.state == ProcessState::Awaited || member.instance.incarnation < instance.incarnation;
@@ -215,7 +217,7 @@ impl Coordinator {
                     self.waiting.push(waiting);
                 }
                 // What is not known to have been done is not done a second time.
-                Ticket::Restart(_) | Ticket::Fault(_) | Ticket::Task(_) => {
+                Ticket::Restart(_) | Ticket::Fault(_) | Ticket::Task(_) | Ticket::Pace(_) => {
                     let problem = format!("{}: not confirmed: the world's process was replaced", waiting.what());
                     let hint = "it may have been done; send it again if it was not".to_owned();
                     self.answer(waiting, Reply::Unconfirmed { problem, hint });

@@ -190,6 +190,8 @@ impl World {
             tasks: self.referees.iter().enumerate().flat_map(tasks).collect(),
             ended: self.journal.ended.iter().copied().collect(),
         };
+        let pace = self.pace();
+        self.journal.tell(Notice::Pace(pace));
         self.journal.tell(Notice::Standings(standings));
     }
 }

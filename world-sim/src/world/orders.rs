@@ -3,17 +3,24 @@
 use super::{UNKNOWN, World};
 use crate::arm;
 use crate::presence::State;
-use model::{EventKind, Fault, FaultSource, GoalSource, Robot, RobotIndex, RobotInstance};
+use model::{EventKind, Fault, FaultSource, GoalSource, Mode, Robot, RobotIndex, RobotInstance};
 use protocol::daemon_to_world::{Absence, Order, Ticket};
 use protocol::world_to_daemon::Notice;
 
 impl World {
     /// A fact or a wish from outside. It takes effect when the next tick opens, but for [`Order::Stop`], which
-    /// [`finished`](World::finished) knows of at once, and [`Order::Resync`], which is answered between this tick and the
+    /// [`finished`](World::finished) knows of at once, [`Order::Pace`], which [`opens`](World::opens) does, and [`Order::Resync`], which is answered between this tick and the
     /// next one with all that came before it: the daemon that asks may have to start the robot that the next tick waits for.
     pub fn order(&mut self, order: Order) {
         match order {
             Order::Stop => self.stopped = true,
+            Order::Pace { id, change } if self.clock.mode == Mode::Lockstep => {
+                self.opener.change(id, change, self.tick + u64::from(self.is_open));
+                let pace = self.pace();
+                self.journal.tell(Notice::Pace(pace));
+                self.answer_pace();
+            }
+            Order::Pace { .. } => self.answer(order.ticket(), Err("its robots do not wait for the world's ticks")),
             Order::Resync(_) => {
                 self.orders.push(order);
                 self.answer_daemon();
@@ -29,8 +36,19 @@ impl World {
         }
     }
 
+    /// Answers changes of the pace that have come about.
+    pub(super) fn answer_pace(&mut self) {
+        while let Some(id) = self.opener.answered(self.tick) {
+            let state = self.pace();
+            self.journal.tell(Notice::Pace(state));
+            self.answer(Some(Ticket::Pace(id)), Ok::<(), &str>(()));
+        }
+    }
+
     /// The senders of orders that have not taken effect are told that the run is over.
     pub fn refuse_orders(&mut self) {
+        self.opener.end();
+        self.answer_pace();
         for order in std::mem::take(&mut self.orders) {
             self.answer(order.ticket(), Err("the run is over"));
         }
@@ -73,7 +91,7 @@ impl World {
                     }
                 }
                 Order::Resync(number) => self.tell_all(number),
-                Order::Stop => {} // Has taken effect when it was given.
+                Order::Stop | Order::Pace { .. } => {} // Has taken effect when it was given.
             }
         }
         self.orders = orders;
@@ -150,6 +168,7 @@ pub(super) fn excuses(order: &Order, instance: RobotInstance) -> bool {
         | Order::Cancel { .. }
         | Order::Fault { .. }
         | Order::Resync(_)
+        | Order::Pace { .. }
         | Order::Stop => false,
     }
 }

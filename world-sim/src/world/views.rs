@@ -96,7 +96,7 @@ impl World {
 
     /// Orders that have not taken effect yet.
     pub fn orders_waiting(&self) -> usize {
-        self.orders.len()
+        self.orders.len() + self.opener.unanswered()
     }
 
     /// The log so far.

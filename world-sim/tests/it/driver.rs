@@ -184,7 +184,8 @@ impl Driver {
                 Notice::Resume { instance } => ("Resume".to_owned(), *instance),
                 Notice::Left { instance } => ("Left".to_owned(), *instance),
                 Notice::RestartLimit { instance } => ("RestartLimit".to_owned(), *instance),
-                Notice::Answer { .. } | Notice::Task { .. } | Notice::Standings(_) | Notice::Log(_) => return None,
+                Notice::Answer { .. } | Notice::Task { .. } | Notice::Log(_) => return None,
+                Notice::Standings(_) | Notice::Pace(_) => return None,
             };
             (instance.index.0 == slot).then(|| format!("{tick}:{name}.{}", instance.incarnation))
         };

@@ -12,7 +12,7 @@ use crate::out;
 use bus::{Gate, clock};
 use daemon::coordinator::News;
 use daemon::signals::Interrupted;
-use daemon::supervisor::{self, FleetView, Watch};
+use daemon::supervisor::{self, FleetView, Start, Watch};
 use model::Metric;
 use report::Column;
 use rustix::process::{Pid, Signal, kill_process};
@@ -136,7 +136,7 @@ fn duel(
         held: Vec::new(),
         failure: None,
     };
-    let finished = supervisor::run(scenario, None, &mut duel)?.undisturbed()?;
+    let finished = supervisor::run(scenario, Start::default(), &mut duel)?.undisturbed()?;
     if let Some(failure) = duel.failure {
         return Err(failure);
     }

@@ -9,7 +9,7 @@ use crate::out;
 use bus::{Counter, StatsSnapshot};
 use daemon::coordinator::News;
 use daemon::signals::Interrupted;
-use daemon::supervisor::{self, FleetView, Watch};
+use daemon::supervisor::{self, FleetView, Start, Watch};
 use model::Metric;
 use report::Column;
 use serde::Serialize;
@@ -147,7 +147,7 @@ fn measure(
 }
 
 fn fleet(scene: &Scene) -> Result<Found, Failure> {
-    let finished = supervisor::run(scene.scenario()?, None, &mut Silent)?.undisturbed()?;
+    let finished = supervisor::run(scene.scenario()?, Start::default(), &mut Silent)?.undisturbed()?;
     let mut stats = StatsSnapshot::default();
     let agents = finished.stats.iter().filter(|(name, _)| name != bus::stats::WORLD);
     agents.for_each(|(_, snapshot)| stats.merge(snapshot));

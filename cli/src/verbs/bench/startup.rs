@@ -11,7 +11,7 @@ use crate::verbs::fleet;
 use bus::{Address, Gate, clock};
 use daemon::coordinator::News;
 use daemon::signals::Interrupted;
-use daemon::supervisor::{self, FleetView, Watch};
+use daemon::supervisor::{self, FleetView, Start, Watch};
 use model::RobotInstance;
 use protocol::operator_to_daemon::{NewRobot, Reply, Request};
 use report::Column;
@@ -95,7 +95,7 @@ fn measure(robots: usize, repetitions: u32, interrupted: &Interrupted) -> Result
     let (mut starts, mut joins, mut pss) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..repetitions {
         let mut guest = Guest { scene, neighbors, joining: None, interrupted };
-        let finished = supervisor::run(scenario.clone(), None, &mut guest)?.undisturbed()?;
+        let finished = supervisor::run(scenario.clone(), Start::default(), &mut guest)?.undisturbed()?;
         let joined = guest.joining.take().and_then(|thread| thread.join().ok());
         if interrupted.yes() {
             break;

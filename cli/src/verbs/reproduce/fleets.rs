@@ -6,7 +6,7 @@ mod decentralized_apf;
 use crate::exit::Failure;
 use crate::run::facts_of;
 use daemon::coordinator::News;
-use daemon::supervisor::{self, Finished, Watch};
+use daemon::supervisor::{self, Finished, Start, Watch};
 use model::{Outcome, Scenario};
 use reproduce::row::{Rows, Series};
 use std::ops::ControlFlow;
@@ -73,7 +73,7 @@ fn lockstep(scenario: Scenario) -> Result<Ran, Stop> {
         fn say(&mut self, _: &str) {}
         fn news(&mut self, _: News, _: &str) {}
     }
-    let finished = supervisor::run(scenario, None, &mut Unwatched).and_then(Finished::undisturbed);
+    let finished = supervisor::run(scenario, Start::default(), &mut Unwatched).and_then(Finished::undisturbed);
     let finished = finished.map_err(|error| match error.kind {
         daemon::Kind::Interrupted => Stop::Broken,
         _ => Stop::Failed(error.into()),
