@@ -11,6 +11,7 @@ mod service;
 mod sweep;
 mod task;
 mod values;
+mod view;
 
 pub use bench::*;
 pub use check::*;
@@ -23,6 +24,7 @@ pub use service::*;
 pub use sweep::*;
 pub use task::*;
 pub use values::{Pose, not_an_option, parse_duration, parse_point, parse_pose};
+pub use view::*;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
@@ -90,6 +92,8 @@ pub enum Verb {
     Logs(LogsArgs),
     /// Show latencies and pose ages of a running fleet
     Latency(LatencyArgs),
+    /// Serve a page on which running fleets are watched and driven
+    View(ViewArgs),
     /// Print what is known of a running fleet in the text format of Prometheus
     Metrics(MetricsArgs),
     /// Pause a running fleet between two ticks

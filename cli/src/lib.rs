@@ -9,6 +9,7 @@
 //! ```
 
 pub mod args;
+mod beside;
 pub mod exit;
 pub mod file;
 pub mod out;

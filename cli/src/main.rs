@@ -74,6 +74,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Resume(options) => done(verbs::pace::resume(options)),
         Verb::Step(options) => verbs::pace::step(options),
         Verb::Add(options) => done(verbs::add::run(options)),
+        Verb::View(options) => done(verbs::view::run(options)),
         Verb::Metrics(options) => done(verbs::metrics::run(options)),
         Verb::Task(verb) => verbs::task::run(verb),
         Verb::Inject(verb) => done(verbs::inject::run(verb)),

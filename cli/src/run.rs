@@ -1,6 +1,7 @@
 //! `shoal run`: a scenario from its text to its report.
 
 use crate::args::{Format, RunArgs};
+use crate::beside::View;
 use crate::exit::{self, Failure};
 use crate::file::{Files, STANDARD};
 use crate::out;
@@ -11,7 +12,7 @@ use crate::{sink, source};
 use bus::clock;
 use daemon::coordinator::{self, News};
 use daemon::signals::Interrupted;
-use daemon::supervisor::{self, Finished, Start, Watch};
+use daemon::supervisor::{self, Finished, FleetView, Start, Watch};
 use model::{Mode, Outcome, Rate, RobotIndex, Scenario};
 use protocol::world_to_daemon::Notice;
 use report::{ProcessFacts, RobotFacts, RunFacts, measured};
@@ -36,7 +37,7 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     if !scenario.warnings.is_empty() {
         out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
     }
-    let start = pace::start(&options.start, scenario.clock.mode)?;
+    let mut start = pace::start(&options.start, scenario.clock.mode)?;
     let mut files = files_of(&options.scenario, &scenario);
     // A report that goes to standard output goes there alone.
     let (named, format) = match options.report.as_deref() {
@@ -45,9 +46,18 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     };
     let file = named.map(|path| sink::ReportFile::prepare(path, &mut files)).transpose()?;
     let record = options.record.as_deref().map(|path| RecordPlace::prepare(path, &mut files)).transpose()?;
+    if options.view && scenario.clock.mode == Mode::Single {
+        return Err(Failure::usage("`--view`: a run in `single` has no processes that could be watched")
+            .hint("add `--mode lockstep`, which drives the same trajectories"));
+    }
+    let view = options.view.then_some(options.view_port);
+    // Who watches wants to see something.
+    if options.view && scenario.clock.mode == Mode::Lockstep && options.start.rate.is_none() {
+        start.rate = Rate::Factor(1.0);
+    }
     let (mut facts, failures) = match scenario.clock.mode {
         Mode::Single => in_one_thread(scenario, record.as_ref(), start.rate)?,
-        Mode::Lockstep | Mode::Realtime => as_processes(scenario, record.as_ref(), start)?,
+        Mode::Lockstep | Mode::Realtime => as_processes(scenario, record.as_ref(), start, view)?,
     };
     facts.failures = failures.iter().map(|failure| failure.message().to_owned()).collect();
     let report = report::assemble(facts);
@@ -83,8 +93,6 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>, rate: Rate) -
     let mut progress = Progress::new(scenario.robots.len(), scenario.clock.ticks_max, scenario.clock.tick_hz);
     let mut opener = Opener::at(scenario.clock.dt_s(), rate);
     let started_ns = clock::now_ns();
-    // The first tick opens now, and the others count from it.
-    opener.opens(0, started_ns);
     let wall_s = move || clock::now_ns().saturating_sub(started_ns) as f64 * 1e-9;
     let show = &mut |world: &World| {
         if let Some(recorder) = &mut recorder {
@@ -132,8 +140,14 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>, rate: Rate) -
 }
 
 /// `lockstep` and `realtime`: every robot a process.
-fn as_processes(scenario: Scenario, record: Option<&RecordPlace>, start: Start<'_>) -> Result<Ran, Failure> {
+fn as_processes(
+    scenario: Scenario,
+    record: Option<&RecordPlace>,
+    start: Start<'_>,
+    view: Option<u16>,
+) -> Result<Ran, Failure> {
     let mut terminal = Terminal::new(&scenario);
+    terminal.view_port = view;
     let start = Start { record: record.map(RecordPlace::path), ..start };
     let finished = supervisor::run(scenario, start, &mut terminal);
     terminal.finish();
@@ -151,23 +165,42 @@ fn kept(record: Option<&RecordPlace>, recorded: &Result<(), Failure>) -> Option<
     record.filter(|_| recorded.is_ok()).map(|place| place.path().to_string_lossy().into_owned())
 }
 
-/// The live line of a fleet.
-pub(crate) struct Terminal(Progress);
+/// The live line of a fleet, and its view if one is wanted.
+pub(crate) struct Terminal {
+    progress: Progress,
+    view_port: Option<u16>,
+    view: Option<View>,
+}
 
 impl Terminal {
     pub(crate) fn new(scenario: &Scenario) -> Terminal {
         let (robots, time) = (scenario.robots.len(), scenario.clock);
-        Terminal(Progress::new(robots, time.ticks_max, time.tick_hz))
+        let progress = Progress::new(robots, time.ticks_max, time.tick_hz);
+        Terminal { progress, view_port: None, view: None }
     }
 
     pub(crate) fn finish(&mut self) {
-        self.0.finish();
+        self.progress.finish();
+        if let Some(view) = self.view.take() {
+            view.finish();
+        }
     }
 }
 
 impl Watch for Terminal {
+    fn started(&mut self, fleet: &FleetView<'_>) {
+        let view = self.view_port.map(|port| View::start(fleet.address.id(), port)).transpose();
+        match view {
+            Ok(view) => self.view = view,
+            Err(failure) => self.progress.event(&failure.message()),
+        }
+    }
+
     fn progress(&mut self, state: &bus::Progress, wall_s: f64) {
-        self.0.update(&ProgressState {
+        if let Some(address) = self.view.as_mut().and_then(View::address) {
+            self.progress.event(&format!("view: {address}"));
+        }
+        self.progress.update(&ProgressState {
             tick: state.tick,
             robots: state.robots as usize,
             arrived: state.arrived as usize,
@@ -177,11 +210,11 @@ impl Watch for Terminal {
     }
 
     fn say(&mut self, line: &str) {
-        self.0.event(line);
+        self.progress.event(line);
     }
 
     fn news(&mut self, kind: News, line: &str) {
-        self.0.news(kind, line);
+        self.progress.news(kind, line);
     }
 }
 

@@ -25,3 +25,4 @@ pub mod task;
 pub mod unbuilt;
 pub mod up;
 pub mod validate;
+pub mod view;

@@ -31,3 +31,4 @@ mod standstill;
 mod support;
 mod tasks;
 mod timeline;
+mod web;

@@ -140,7 +140,8 @@ mod tests {
     #[test]
     fn a_fleet_has_all_that_is_drawn() {
         let demo = fleet("demo-15");
-        assert_eq!((demo.members.len(), demo.members[0].heads), (17, false));
+        assert_eq!(demo.members.len(), 17);
+        assert!(!fleet("ring-15").members[0].heads);
         let moving = demo.things.iter().filter(|thing| thing.carried_at_m.is_some()).count();
         assert!(moving > 0 && moving < demo.things.len());
         let json = serde_json::to_value(&demo).unwrap();

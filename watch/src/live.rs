@@ -10,6 +10,8 @@ use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::operator_to_daemon::{EventRecord, Reply, Request, RobotStatus, Status};
 use protocol::robot_to_robot::SharedPose;
+use protocol::world_to_observer::FrameBody;
+use protocol::world_to_robot::Odometry;
 use serde::de::DeserializeOwned;
 use std::cmp::Ordering;
 use std::time::Duration;
@@ -30,6 +32,8 @@ pub struct Live {
     /// Which life of the world `eyes` belongs to.
     incarnation: u32,
     eyes: Option<(FrameSubscriber, WorldObserver)>,
+    /// There was a frame since it began to look.
+    has_shown: bool,
     chosen: Vec<(RobotInstance, RobotReader)>,
     status: Status,
     events: u64,
@@ -50,6 +54,7 @@ impl Live {
             revision: 0,
             incarnation: 0,
             eyes: None,
+            has_shown: false,
             chosen: Vec::new(),
             status: Status { scenario: scenario.name.clone(), mode: scenario.clock.mode, ..Status::default() },
             events: 0,
@@ -91,8 +96,12 @@ impl Live {
         while let Some(frame) = frames.take()? {
             newest = Some(frame);
         }
-        let Some((header, bodies)) = newest else { return Ok(None) };
-        let mut frame = Frame::of(&header, &bodies);
+        let mut frame = match newest {
+            Some((header, bodies)) => Frame::of(&header, &bodies),
+            None if !self.has_shown => standing(&self.gate, observer, &self.status, self.fleet.tick_hz),
+            None => return Ok(None),
+        };
+        self.has_shown = true;
         for body in frame.bodies.iter_mut().filter(|body| !body.is_obstacle()) {
             let odometry = observer.odometry(RobotIndex(body.index));
             body.goal_m = Some([odometry.goal_x_m, odometry.goal_y_m]);
@@ -109,7 +118,7 @@ impl Live {
 
     /// Stops looking at frames until the next call of [`Live::frame`]: the world does not write them any more.
     pub fn rest(&mut self) {
-        self.eyes = None;
+        (self.eyes, self.has_shown) = (None, false);
         self.chosen.clear();
     }
 
@@ -203,6 +212,32 @@ impl Live {
     pub fn operator(&self) -> impl Fn(&Request) -> Result<Reply, WatchError> + Send + use<> {
         let address = self.address.clone();
         move |request| Ok(OperatorClient::new(&address).ask(request, ORDER_PATIENCE)?)
+    }
+}
+
+/// The fleet as the world's board has it: a world that waits opens no tick, and so shows no frame. Obstacles that move are not on it.
+fn standing(gate: &Gate, observer: &WorldObserver, status: &Status, tick_hz: f64) -> Frame {
+    let progress = gate.progress();
+    let there = status.robots.iter().filter(|robot| robot.position_m.is_some());
+    let body = |robot: &RobotStatus| {
+        let odometry = observer.odometry(robot.index);
+        let is_silent = !odometry.has(Odometry::FLAG_PRESENT);
+        let flags = [(robot.arrived, FrameBody::FLAG_ARRIVED), (is_silent, FrameBody::FLAG_SILENT)];
+        Body {
+            index: robot.index.0,
+            flags: flags.into_iter().filter(|(set, _)| *set).map(|(_, flag)| flag).sum(),
+            position_m: [odometry.x_m, odometry.y_m],
+            yaw_rad: odometry.yaw_rad,
+            joints_rad: odometry.joints_rad,
+            ..Body::default()
+        }
+    };
+    Frame {
+        tick: progress.tick,
+        time_s: progress.tick as f64 / tick_hz,
+        arrived: progress.arrived,
+        contacts: u32::try_from(progress.contacts).unwrap_or(u32::MAX),
+        bodies: there.map(body).collect(),
     }
 }
 

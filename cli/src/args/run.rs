@@ -47,6 +47,12 @@ pub struct RunArgs {
     /// Write a record of every tick to this file, for `shoal plot`
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Serve a page on which the fleet is watched and driven while it runs; in `lockstep`, real time is the rate then
+    #[arg(long)]
+    pub view: bool,
+    /// Port of the page on 127.0.0.1; 0 is any that is free
+    #[arg(long, value_name = "PORT", default_value_t = 0, requires = "view")]
+    pub view_port: u16,
     /// Format of the report on standard output
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,

@@ -1,0 +1,28 @@
+//! `shoal view`.
+
+use super::FleetArg;
+use clap::Args;
+
+/// `shoal view`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal view                    all running fleets of this user, in the browser
+  shoal view --fleet lab
+  shoal view --port 8080        for a bookmark, or a tunnel: ssh -L 8080:127.0.0.1:8080
+
+It prints the address to open and serves until Ctrl-C. The address is for this
+machine only and holds a token that is new each time: without it nobody sees or
+does anything. On the page, fleets can be driven as well: tasks, new robots,
+faults. The robots do not notice that they are watched.")]
+pub struct ViewArgs {
+    /// Which fleet; by default all of this user.
+    #[command(flatten)]
+    pub fleet: FleetArg,
+    /// Port on 127.0.0.1; 0 is any that is free
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    pub port: u16,
+    /// Started by `shoal run --view`: ends with its fleet, and with this process
+    #[arg(long, hide = true, value_name = "PID")]
+    pub parent: Option<u32>,
+}
