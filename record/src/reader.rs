@@ -77,7 +77,7 @@ struct Chunk {
     /// With its head.
     length: u64,
     first_ns: u64,
-    /// It has events or robots, or that is not known.
+    /// It has events, robots or gaps, or that is not known.
     is_told: bool,
 }
 
@@ -121,6 +121,10 @@ impl Record {
     fn of(source: Source) -> Result<Record, RecordError> {
         let mut walk = Walk::begin(source)?;
         walk.to_the_end()?;
+        if let (Some(_), Some(last)) = (&walk.cut, walk.chunks.last_mut()) {
+            // What a chunk has is said behind it, and that may be missing here.
+            last.is_told = true;
+        }
         let Walk { source, about, scenario, outcome, cut, chunks, topics, .. } = walk;
         let whole_so_far = cut.clone().unwrap_or(Cut::Ends(source.length()));
         let about = about.ok_or_else(|| RecordError::Beginning(whole_so_far.clone()))?;
@@ -394,7 +398,7 @@ impl Walk {
         let Some((first_ns, _)) = times.filter(|_| length <= PART_MAX && self.chunks.len() < CHUNKS_MAX) else {
             return Ok(None);
         };
-        let mut chunk = Chunk { at, length: length + HEAD as u64, first_ns, is_told: false };
+        let chunk = Chunk { at, length: length + HEAD as u64, first_ns, is_told: false };
         if self.chunks.is_empty() {
             // The first chunk says which channel is what.
             let mut bytes = Vec::new();
@@ -410,8 +414,6 @@ impl Walk {
                 return Ok(None);
             }
         }
-        // What it has is said behind it, and that may be missing at the end of a cut record.
-        chunk.is_told = self.peek(at + chunk.length, HEAD)?.first() != Some(&kind::MESSAGE_INDEX);
         self.chunks.push(chunk);
         Ok(Some(()))
     }

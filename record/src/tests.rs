@@ -162,15 +162,27 @@ fn what_is_damaged_or_something_else_is_refused_where_it_matters() {
     check(renamed(b"shoal 0", b"other 0"), "not a record of shoal");
     let format = format!("\x06\0\0\0format\x01\0\0\0{FORMAT}");
     check(renamed(format.as_bytes(), b"\x06\0\0\0format\x01\0\0\x009"), "format version 9");
-    // A bit in the middle: frames are read up to the chunk that has it.
-    let mut changed = whole.clone();
-    let at = whole.len() / 2;
-    changed[at] ^= 4;
-    let record = Record::read(changed).unwrap();
-    let whole_frames = frames(&record, 0);
-    assert!(matches!(whole_frames, Err(RecordError::Damaged(_))), "{whole_frames:?}");
-    let error = whole_frames.unwrap_err().to_string();
-    assert!(error.contains("checksum"), "{error}");
+    // A bit anywhere: what is read is what was written, and most places are noticed.
+    let (mut refused, mut cut, mut damaged, mut unnoticed) = (0, 0, 0, 0);
+    for at in (8..whole.len()).step_by(61) {
+        let mut changed = whole.clone();
+        changed[at] ^= 4;
+        match Record::read(changed) {
+            Err(_) => refused += 1,
+            Ok(record) => match frames(&record, 0) {
+                Ok(read) => {
+                    assert!(read == expected(0..=TICKS)[..read.len()], "byte {at}");
+                    if record.is_whole() { unnoticed += 1 } else { cut += 1 }
+                }
+                Err(error) => {
+                    assert!(matches!(error, RecordError::Damaged(_)), "byte {at}: {error}");
+                    damaged += 1;
+                }
+            },
+        }
+    }
+    let counts = format!("{refused} refused, {cut} cut, {damaged} damaged, {unnoticed} unnoticed");
+    assert!(refused > 0 && cut > 0 && damaged > 0, "{counts}");
 }
 
 /// Bytes of a length that says that something is larger than the file.
