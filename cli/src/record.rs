@@ -1,10 +1,10 @@
-//! `shoal run --record FILE`: where the record goes, and what became of it. The format is [`protocol::record`]; whoever
-//! has the world writes it: this process in `single`, else the world's.
+//! `shoal run --record FILE`: where the record goes, and what became of it. The format is that of [`record`]; whoever has the
+//! world writes it: this process in `single`, else the world's.
 
 use crate::exit::Failure;
 use crate::file::Files;
 use model::{Outcome, Scenario};
-use protocol::record::{Record, RecordError};
+use record::{Record, RecordError};
 use std::path::{Path, PathBuf};
 use world_sim::recorder::Recorder;
 
@@ -45,34 +45,51 @@ impl RecordPlace {
     /// Why there is no record after all.
     pub fn failed(&self, cause: &dyn std::fmt::Display) -> Failure {
         Failure::environment(format!("record `{}`: cannot write: {cause}", self.0.display()))
-            .hint("the report covers the whole run; only the record is missing")
+            .hint("the report covers the whole run; the record holds what was written before")
     }
 }
 
-/// Reads a record.
+/// Opens a record.
 ///
 /// # Errors
 /// With exit code 2, when there is no such file, or it is not a record.
-pub fn read(path: &Path) -> Result<Record, Failure> {
-    let shown = path.display();
-    let refused = |error: RecordError| {
-        let hint = match error {
-            RecordError::Foreign | RecordError::Io(_) => "`shoal run --record FILE` writes what this verb reads",
-            RecordError::Truncated | RecordError::Damaged => "was it copied in full? else record the run again",
-            RecordError::TooLarge => "record a shorter run, with `--duration`",
-            RecordError::Version(_) | RecordError::Codec(_) | RecordError::Impossible => {
-                "record the run again with this shoal"
-            }
-        };
-        Failure::usage(format!("record `{shown}`: {error}")).hint(hint)
-    };
-    let meta = std::fs::metadata(path).map_err(|error| refused(error.into()))?;
+pub fn open(path: &Path) -> Result<Record, Failure> {
+    let meta = std::fs::metadata(path).map_err(|error| refused(path, &error.into()))?;
     if !meta.is_file() {
         let kind = if meta.is_dir() { "a directory" } else { "a device or a pipe" };
-        return Err(Failure::usage(format!("record `{shown}`: it is {kind}, not a file"))
+        return Err(Failure::usage(format!("record `{}`: it is {kind}, not a file", path.display()))
             .hint("`shoal run --record FILE` writes what this verb reads"));
     }
-    #[expect(clippy::disallowed_methods, reason = "the command line reads what it was given")]
-    let file = std::fs::File::open(path).map_err(|error| refused(error.into()))?;
-    Record::read_from(file).map_err(refused)
+    Record::open(path).map_err(|error| refused(path, &error))
+}
+
+/// Why a record cannot be used.
+pub fn refused(path: &Path, error: &RecordError) -> Failure {
+    let hint = match error {
+        RecordError::Foreign | RecordError::Library(_) | RecordError::Io(_) => {
+            "`shoal run --record FILE` writes what this verb reads"
+        }
+        RecordError::Beginning(_) | RecordError::Damaged(_) => "was it copied in full? else record the run again",
+        RecordError::Old | RecordError::Version(_) | RecordError::Codec(_) | RecordError::Impossible => {
+            "record the run again with this shoal"
+        }
+    };
+    Failure::usage(format!("record `{}`: {error}", path.display())).hint(hint)
+}
+
+/// Says where a record ends, if it is not there to its end, and what is missing in it.
+pub fn tell_gaps(path: &Path, record: &Record) {
+    let shown = path.display();
+    if let Some(cut) = record.cut() {
+        crate::talk::lines(&format!("warning: record `{shown}`: {cut}; what comes before is used"));
+    }
+    match record.left_out() {
+        0 => {}
+        1 => crate::talk::lines(&format!(
+            "warning: record `{shown}`: 1 frame was left out, because the disk did not keep up"
+        )),
+        n => crate::talk::lines(&format!(
+            "warning: record `{shown}`: {n} frames were left out, because the disk did not keep up"
+        )),
+    }
 }

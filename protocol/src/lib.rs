@@ -8,7 +8,6 @@
 //! robot-agent  robot_to_world (its board) -------------> world-sim
 //! robot-agent  robot_to_robot (its board) -------------> robot-agent
 //! world-sim -- world_to_observer (frames) -------------> anyone
-//! world-sim -- record (a file) ------------------------> anyone, later
 //! operator --- operator_to_daemon (request, reply) ----> daemon
 //! ```
 //!
@@ -24,7 +23,6 @@ pub mod codec;
 pub mod daemon_to_robot;
 pub mod daemon_to_world;
 pub mod operator_to_daemon;
-pub mod record;
 pub mod robot_to_robot;
 pub mod robot_to_world;
 pub mod world_to_daemon;

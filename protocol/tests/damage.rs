@@ -19,7 +19,6 @@ use shoal_protocol::daemon_to_world::{Absence, FaultId, Order, PaceId, Ticket};
 use shoal_protocol::operator_to_daemon::{
     Assign, NewRobot, NewTasks, Reply, Request, RobotStatus, Status, TaskChange, TaskFilter, TaskRecord,
 };
-use shoal_protocol::record::{Ending, Header};
 use shoal_protocol::world_to_daemon::Notice;
 
 /// A type that is decoded from bytes of another process or of a file.
@@ -158,9 +157,8 @@ fn kinds() -> Vec<Kind> {
         ]),
         kind(&[outcome()]),
         kind(&scenarios.each_ref().map(|scenario| AgentSpec::new(scenario, &scenario.robots[0], instance))),
-        kind(&[Header { shoal: text(), scenario: scenarios[0].clone() }]),
-        kind(&[Ending { added: vec![(RobotIndex(3), *robot())], outcome: outcome() }]),
         kind(&scenarios),
+        kind(&[*robot()]),
     ]
 }
 

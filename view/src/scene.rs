@@ -3,8 +3,7 @@
 use super::axes::{Span, span};
 use super::thin::thin;
 use model::{RobotIndex, Shape};
-use protocol::record::{Body, Record};
-use protocol::world_to_observer::FrameBody;
+use record::{Body, Ending, Record, RecordError};
 use std::collections::HashMap;
 
 /// A line may be off by this share of the picture: a fifth of a pixel.
@@ -99,25 +98,28 @@ impl Gathered {
 }
 
 impl Scene {
-    /// Goes through a record.
-    pub fn of(record: &Record) -> Scene {
-        let scenario = &record.header.scenario;
+    /// Goes through a record, as far as it goes.
+    ///
+    /// # Errors
+    /// When it is damaged, or cannot be read.
+    pub fn of(record: &Record) -> Result<Scene, RecordError> {
+        let scenario = record.scenario();
         let size = |[low, high]: Span| high - low;
         let extent = size(scenario.bounds.x_m).max(size(scenario.bounds.y_m));
         let tolerance = extent * TOLERANCE;
         let mut robots: HashMap<u32, Gathered> = HashMap::new();
         let mut things: HashMap<u32, Gathered> = HashMap::new();
-        let touches = record.ending.outcome.events.iter().filter_map(|event| event.kind.touch());
+        let touches = record.events().iter().filter_map(|event| event.kind.touch());
         let contacts: Vec<[f64; 2]> = touches.map(|touch| touch.at_m).take(CONTACTS_MAX).collect();
         let mut frames = record.frames();
-        while let Some((_, bodies)) = frames.next() {
-            for body in bodies {
+        let (mut last_tick, mut contact_count) = (0, 0);
+        while let Some(frame) = frames.next()? {
+            (last_tick, contact_count) = (frame.tick, frame.contacts);
+            for body in frame.bodies {
                 let gathered = if body.is_obstacle() { &mut things } else { &mut robots };
                 let gathered = gathered.entry(body.index).or_default();
                 gathered.see(body, 0.25 * tolerance);
-                if body.flags & FrameBody::FLAG_OBSTACLE == 0
-                    && record.robot(RobotIndex(body.index)).is_some_and(|r| r.arm.is_some())
-                {
+                if !body.is_obstacle() && record.robot(RobotIndex(body.index)).is_some_and(|r| r.arm.is_some()) {
                     push(&mut gathered.joints, body.joints_rad, 1e-3);
                 }
             }
@@ -128,7 +130,7 @@ impl Scene {
                 course: things.get(&index).map(|gathered| gathered.course(tolerance)).unwrap_or_default(),
             })
             .collect();
-        let robots: Vec<Trace> = known(record)
+        let robots: Vec<Trace> = (record.robots())
             .filter_map(|(index, robot)| {
                 let gathered = robots.get(&index.0)?;
                 let moving_goal = robot.goal_motion.is_some();
@@ -149,17 +151,16 @@ impl Scene {
             .collect();
         let mut scene = Scene {
             title: title(record),
-            subtitle: subtitle(record),
+            subtitle: subtitle(record, last_tick, contact_count),
             x: scenario.bounds.x_m,
             y: scenario.bounds.y_m,
             obstacles,
             robots,
-            contacts_more: (record.ending.outcome.robot_contacts + record.ending.outcome.obstacle_contacts)
-                .saturating_sub(contacts.len() as u64),
+            contacts_more: contact_count.saturating_sub(contacts.len() as u64),
             contacts,
         };
         scene.frame(extent);
-        scene
+        Ok(scene)
     }
 
     /// Chooses what part of the plane is shown: everything that there is, and the world's edges where they are near.
@@ -192,12 +193,6 @@ impl Scene {
     }
 }
 
-/// Every robot that there was.
-fn known(record: &Record) -> impl Iterator<Item = (RobotIndex, &model::Robot)> {
-    let own = (0..).map(RobotIndex).zip(&record.header.scenario.robots);
-    own.chain(record.ending.added.iter().map(|(index, robot)| (*index, robot)))
-}
-
 /// An arm at instants that are evenly spread over its motion.
 fn poses(robot: &model::Robot, joints: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
     let Some(arm) = &robot.arm else { return Vec::new() };
@@ -218,7 +213,8 @@ fn poses(robot: &model::Robot, joints: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
 }
 
 fn fate(record: &Record, robot: RobotIndex) -> String {
-    let outcome = record.ending.outcome.robots.iter().find(|outcome| outcome.robot == robot);
+    let Some(ending) = record.ending() else { return "record ends".to_owned() };
+    let outcome = ending.outcome.robots.iter().find(|outcome| outcome.robot == robot);
     match outcome {
         Some(robot) => match (robot.time_s, &robot.gone) {
             (Some(time_s), _) => format!("{time_s:.1} s"),
@@ -231,68 +227,82 @@ fn fate(record: &Record, robot: RobotIndex) -> String {
 }
 
 fn title(record: &Record) -> String {
-    let scenario = &record.header.scenario;
-    let mut planners: Vec<&str> = known(record).map(|(_, robot)| robot.planner.as_str()).collect();
+    let scenario = record.scenario();
+    let mut planners: Vec<&str> = record.robots().map(|(_, robot)| robot.planner.as_str()).collect();
     planners.sort_unstable();
     planners.dedup();
     format!("{} · {} · seed {}", scenario.name, planners.join(" + "), scenario.clock.seed)
 }
 
-fn subtitle(record: &Record) -> String {
-    let (scenario, outcome) = (&record.header.scenario, &record.ending.outcome);
-    let report = report::assemble(report::RunFacts {
-        robots: known(record).map(|(_, robot)| report::RobotFacts::of(robot)).collect(),
-        ..report::RunFacts::new(scenario.clone(), outcome.clone(), 0.0)
-    });
-    let arrived = match report.outcome.makespan_s {
-        Some(makespan_s) => {
-            format!("{} of {} arrived, makespan {makespan_s:.2} s", report.outcome.arrived, report.robots)
-        }
-        None => format!("{} of {} arrived in {:.2} s", report.outcome.arrived, report.robots, report.sim_time_s),
+fn subtitle(record: &Record, last_tick: u64, contacts: u64) -> String {
+    let scenario = record.scenario();
+    let (come_to, ticks) = match record.ending() {
+        Some(ending) => (come_to(record, ending), ending.outcome.ticks),
+        None => (format!("cut off after {:.2} s", last_tick as f64 * scenario.clock.dt_s()), last_tick),
     };
-    let contacts = match outcome.robot_contacts + outcome.obstacle_contacts {
+    let contacts = match contacts {
         0 => "no contact".to_owned(),
         1 => "1 contact".to_owned(),
         n => format!("{n} contacts"),
     };
-    let mode = scenario.clock.mode.word();
-    format!("{arrived}, {contacts} · {mode}, {} ticks at {} Hz", outcome.ticks, scenario.clock.tick_hz)
+    format!("{come_to}, {contacts} · {}, {ticks} ticks at {} Hz", scenario.clock.mode.word(), scenario.clock.tick_hz)
+}
+
+/// How the run ended.
+fn come_to(record: &Record, ending: &Ending) -> String {
+    let report = report::assemble(report::RunFacts {
+        robots: record.robots().map(|(_, robot)| report::RobotFacts::of(robot)).collect(),
+        ..report::RunFacts::new(record.scenario().clone(), ending.outcome.clone(), 0.0)
+    });
+    match report.outcome.makespan_s {
+        Some(makespan_s) => {
+            format!("{} of {} arrived, makespan {makespan_s:.2} s", report.outcome.arrived, report.robots)
+        }
+        None => format!("{} of {} arrived in {:.2} s", report.outcome.arrived, report.robots, report.sim_time_s),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use model::{Event, EventKind, Outcome, Partner, Touch};
-    use protocol::record::{Encoder, Ending};
+    use record::{Added, Moment, Sink};
 
     /// Two hundred robots that go round on circles, and two that meet.
     #[test]
     fn a_long_run_of_many_robots_is_a_small_picture() {
         const TICKS: u64 = 2000;
         let entry = scenarios::find_catalog("scale-64").expect("it ships with shoal");
-        let scenario = scenarios::parse(entry.name, entry.text, &scenarios::Overrides::default()).expect("it is valid");
-        let mut bytes = Vec::new();
-        let mut encoder = Encoder::begin(&scenario, &mut bytes).expect("it can be encoded");
+        let overrides = scenarios::Overrides { mode: Some(model::Mode::Single), ..scenarios::Overrides::default() };
+        let scenario = scenarios::parse(entry.name, entry.text, &overrides).expect("it is valid");
+        let folder = tempfile::tempdir().expect("a temporary directory");
+        let path = folder.path().join("run.mcap");
+        let mut sink = Sink::begin(&path, &scenario).expect("a file");
         let place = |slot: u32, tick: u64| {
             let (sin, cos) = (tick as f64 * 0.02 + f64::from(slot)).sin_cos();
             [f64::from(slot) * 0.1 + 3.0 * cos, 3.0 * sin]
         };
-        for tick in 0..=TICKS {
-            let body =
-                |slot| Body { index: slot, position_m: place(slot, tick), goal_m: [1.0, 2.0], ..Body::default() };
-            encoder.frame(tick, &(0..200).map(body).collect::<Vec<_>>(), &mut bytes);
-        }
-        let added = (64..200).map(|slot| (RobotIndex(slot), scenario.robots[0].clone()));
+        let added = |slot| Added { tick: 1, index: RobotIndex(slot), robot: scenario.robots[0].clone() };
         let touch = |tick, at_m| Event {
             tick,
             robot: Some(RobotIndex(3)),
             kind: EventKind::Contact { with: Partner::Obstacle(0), touch: Touch { t_s: 0.0, at_m } },
         };
-        let events = vec![touch(40, [1.0, 2.0]), touch(90, [-3.0, 0.5])];
-        let outcome = Outcome { ticks: TICKS, robot_contacts: 5, obstacle_contacts: 1, events, ..Outcome::default() };
-        encoder.end(&Ending { added: added.collect(), outcome }, &mut bytes).expect("it can be encoded");
+        for tick in 0..=TICKS {
+            let body =
+                |slot| Body { index: slot, position_m: place(slot, tick), goal_m: [1.0, 2.0], ..Body::default() };
+            let mut moment = Moment { tick, contacts: if tick == TICKS { 6 } else { 0 }, ..Moment::default() };
+            moment.bodies.extend((0..200).map(body));
+            if tick == 1 {
+                moment.added.extend((64..200).map(added));
+                moment.events.extend([touch(40, [1.0, 2.0]), touch(90, [-3.0, 0.5])]);
+            }
+            sink.take(&mut moment);
+        }
+        let outcome = Outcome { ticks: TICKS, ..Outcome::default() };
+        sink.finish(Ending { outcome }).expect("it is written");
 
-        let scene = Scene::of(&Record::read(bytes).expect("a record"));
+        let scene = Scene::of(&Record::open(&path).expect("a record")).expect("it is whole");
         assert_eq!(scene.robots.len(), 200);
         assert_eq!(scene.contacts, [[1.0, 2.0], [-3.0, 0.5]]);
         assert_eq!(scene.contacts_more, 4);

@@ -1,87 +1,105 @@
-//! Writes the record of a run to a file, whole or not at all. The world's process has every frame, so it is the world's
-//! process that writes: an observer would miss some when thousands of ticks go by in a second. A run that is killed leaves
-//! nothing behind ([`WholeFile`]).
+//! What of a world is recorded. The world's process has every frame, so it is the world's process that records: an observer
+//! would miss some when thousands of ticks go by in a second. What is written, and how, is the business of [`record`].
 
 use crate::World;
-use crate::whole_file::WholeFile;
-use model::{Outcome, Robot, RobotIndex, Scenario};
-use protocol::codec::CodecError;
-use protocol::record::{Body, Encoder, Ending};
+use model::{Mode, Outcome, Robot, RobotInstance, Scenario};
 use protocol::world_to_observer::FrameBody;
-use std::io::{self, Write};
+use record::{Added, Body, Ending, InputSource, Moment, Sink};
+use std::io;
 use std::path::Path;
 
-/// Bytes that are gathered before they go to the file.
-const BUFFER: usize = 128 * 1024;
+/// Who has a slot, as far as the record says.
+#[derive(Default)]
+struct Known {
+    instance: Option<RobotInstance>,
+    robot: Option<Robot>,
+}
 
 /// A record that is being written.
 pub struct Recorder {
-    file: WholeFile,
-    /// What went wrong, once something has.
-    encoder: Result<Encoder, io::Error>,
-    buffer: Vec<u8>,
-    /// Slots whose robots are known from the scenario or have been noted as added.
-    slots: usize,
-    added: Vec<(RobotIndex, Robot)>,
+    sink: Sink,
+    /// What will be handed over with the next frame.
+    next: Moment,
+    /// Who has each slot, as far as the record knows.
+    known: Vec<Known>,
+    /// Entries of the log that were handed over.
+    events: usize,
     frame: Vec<FrameBody>,
-    bodies: Vec<Body>,
+    realtime: bool,
 }
 
 impl Recorder {
-    /// Begins a record that will be `target`.
+    /// Begins a record that will be `target`. From now on there is a file of this name that can be read.
     ///
     /// # Errors
     /// When there can be no file.
     pub fn begin(target: &Path, scenario: &Scenario) -> io::Result<Recorder> {
-        let file = WholeFile::begin(target)?;
-        let mut buffer = Vec::with_capacity(2 * BUFFER);
-        let encoder = Encoder::begin(scenario, &mut buffer).map_err(encoding)?;
         Ok(Recorder {
-            file,
-            encoder: Ok(encoder),
-            buffer,
-            slots: scenario.robots.len(),
-            added: Vec::new(),
+            sink: Sink::begin(target, scenario)?,
+            next: Moment::default(),
+            known: scenario.robots.iter().map(|robot| Known { instance: None, robot: Some(robot.clone()) }).collect(),
+            events: 0,
             frame: Vec::new(),
-            bodies: Vec::new(),
+            realtime: scenario.clock.mode == Mode::Realtime,
         })
+    }
+
+    /// Notes what a process was told at a tick, for a replay. It goes to the file with the next frame.
+    pub fn input(&mut self, tick: u64, source: InputSource, bytes: &[u8]) {
+        self.next.input(tick, source, bytes);
     }
 
     /// Adds the present tick: called when it has been opened, and once after the last one. A failure is kept for the
     /// end: the run does not suffer from it.
     pub fn frame(&mut self, world: &World) {
-        let Ok(encoder) = &mut self.encoder else { return };
         self.frame.clear();
         world.frame(&mut self.frame);
-        self.bodies.clear();
-        self.bodies.extend(self.frame.iter().map(|body| of(body, world)));
-        encoder.frame(world.tick(), &self.bodies, &mut self.buffer);
-        for slot in self.slots..world.slots() {
-            self.added.extend(world.robot(slot).map(|robot| (RobotIndex::of(slot), robot.clone())));
-            self.slots = slot + 1;
+        self.next.tick = world.tick();
+        self.next.arrived = world.arrived_count() as u32;
+        self.next.contacts = world.contacts();
+        self.next.bodies.clear();
+        self.next.bodies.extend(self.frame.iter().map(|body| of(body, world)));
+        let events = world.events();
+        self.next.events.extend_from_slice(&events[self.events.min(events.len())..]);
+        self.events = events.len();
+        for slot in 0..world.slots() {
+            self.meet(world, slot);
         }
-        if self.buffer.len() >= BUFFER {
-            if let Err(error) = self.file.write_all(&self.buffer) {
-                self.encoder = Err(error);
-            }
-            self.buffer.clear();
+        self.sink.take(&mut self.next);
+    }
+
+    /// Notes a robot that came to a slot while the fleet ran. A new incarnation is mostly the robot that was there.
+    fn meet(&mut self, world: &World, slot: usize) {
+        let Some((instance, _)) = world.state(slot) else { return };
+        if self.known.len() <= slot {
+            self.known.resize_with(slot + 1, Known::default);
+        }
+        let known = &mut self.known[slot];
+        if known.instance == Some(instance) {
+            return;
+        }
+        let Some(robot) = world.robot(slot) else { return };
+        known.instance = Some(instance);
+        if known.robot.as_ref() != Some(robot) {
+            known.robot = Some(robot.clone());
+            self.next.added.push(Added { tick: world.tick(), index: instance.index, robot: robot.clone() });
         }
     }
 
-    /// Ends the record with what the run came to, and gives the file its name.
+    /// Ends the record with what the run came to.
     ///
     /// # Errors
-    /// With the first thing that went wrong; there is no file then.
-    pub fn finish(mut self, outcome: &Outcome) -> io::Result<()> {
-        let ending = Ending { added: self.added, outcome: outcome.clone() };
-        self.encoder?.end(&ending, &mut self.buffer).map_err(encoding)?;
-        self.file.write_all(&self.buffer)?;
-        self.file.finish()
+    /// With the first thing that went wrong, or with how much was left out because the disk did not keep up. What was
+    /// written can be read in both cases.
+    pub fn finish(self, outcome: &Outcome) -> io::Result<()> {
+        let left_out = self.sink.left_out();
+        self.sink.finish(Ending { outcome: outcome.clone() })?;
+        if left_out > 0 && self.realtime {
+            let problem = format!("the disk did not keep up: {left_out} of {} frames are left out", outcome.ticks + 1);
+            return Err(io::Error::other(problem));
+        }
+        Ok(())
     }
-}
-
-fn encoding(error: CodecError) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, error)
 }
 
 fn of(body: &FrameBody, world: &World) -> Body {

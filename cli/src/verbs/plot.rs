@@ -5,7 +5,7 @@ use crate::exit::Failure;
 use crate::file::{Files, STANDARD};
 use crate::record;
 use crate::{out, source};
-use protocol::record::Record;
+use ::record::Record;
 use report::{Report, SCHEMA};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -20,22 +20,24 @@ const REPORT_BYTES_MAX: u64 = 64 << 20;
 /// With exit code 2, when there is nothing to draw; with 3, when the picture cannot be written.
 pub fn plot(options: &PlotArgs) -> Result<(), Failure> {
     let (path, record) = find(&options.file)?;
+    record::tell_gaps(&path, &record);
+    let scene = || Scene::of(&record).map_err(|error| record::refused(&path, &error));
     if options.out.as_deref() == Some(Path::new(STANDARD)) {
-        return out::data(&run::draw(&Scene::of(&record)));
+        return out::data(&run::draw(&scene()?));
     }
     let target = options.out.clone().unwrap_or_else(|| path.with_extension("svg"));
     let mut files = Files::new();
     files.read("what is drawn", &options.file);
     files.read("the record", &path);
     let file = files.write("picture", "--out", &target)?;
-    file.write(run::draw(&Scene::of(&record)).as_bytes())?;
+    file.write(run::draw(&scene()?).as_bytes())?;
     out::data(&format!("{}\n", target.display()))
 }
 
 /// The record that is meant, and where it is.
 fn find(named: &Path) -> Result<(PathBuf, Record), Failure> {
     let Some(report) = report_in(named) else {
-        return record::read(named).map(|record| (named.to_path_buf(), record)).map_err(|failure| {
+        return record::open(named).map(|record| (named.to_path_buf(), record)).map_err(|failure| {
             let shown = named.display().to_string();
             if named == Path::new(STANDARD) {
                 return failure.hint("records are read from files; one called `-` is `./-`");
@@ -53,9 +55,9 @@ fn find(named: &Path) -> Result<(PathBuf, Record), Failure> {
             .hint(format!("record the run: `shoal run {} --record out.rec`", report.scenario)));
     };
     let path = PathBuf::from(path);
-    let record = record::read(&path)?;
-    let hash = format!("{:016x}", record.ending.outcome.trajectory_hash);
-    if hash != report.trajectory_hash {
+    let record = record::open(&path)?;
+    let hash = record.ending().map(|ending| format!("{:016x}", ending.outcome.trajectory_hash));
+    if hash.as_ref() != Some(&report.trajectory_hash) {
         return Err(Failure::usage(format!(
             "report `{shown}`: its record `{}` is now that of another run",
             path.display()

@@ -176,10 +176,10 @@ fn a_robot_whose_restart_limit_is_reached_stays_dead_and_the_daemon_is_told() {
     // Two ticks after a restart it counts no more.
     let story = format!("{first} 4:Expect@5.2 5:Entered.2 6:Expect@7.3 7:Entered.3");
     let driver = check(window(Some(2)), vec![], ends, &[(0, 1, 0), (3, 3, 1), (5, 5, 2), (7, 19, 3)], &story);
-    assert_eq!(driver.logged(EventName::RestartLimit, 0), []);
+    assert_eq!(driver.logged(EventName::RestartLimit, 0), [0_u64; 0]);
     // Without a policy there is no limit to reach.
     let mut driver = check(pair(), vec![], vec![(2, absent(0, DIED))], &[(0, 1, 0)], "0:Expect@0.0 0:Entered.0");
-    assert_eq!(driver.logged(EventName::RestartLimit, 0), []);
+    assert_eq!(driver.logged(EventName::RestartLimit, 0), [0_u64; 0]);
     assert_eq!(standing(&mut driver), Standing::Dead);
 }
 

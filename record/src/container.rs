@@ -1,0 +1,209 @@
+//! MCAP, the container of records and exports. The one file that names the library.
+//!
+//! Writing goes through the library. Reading walks over the records of the file itself, because a record of a killed run
+//! has no index at its end, and because each length is checked before memory is taken for it; what the records hold is
+//! parsed by the library.
+
+use mcap::read::parse_record;
+use mcap::records::{MessageHeader, Metadata, Record, op};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::write::NoSeek;
+use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::{self, BufWriter, Write};
+
+/// How every MCAP file begins and ends.
+pub(crate) const MAGIC: &[u8] = mcap::MAGIC;
+/// Opcode and length: what stands before the content of a record of the file.
+pub(crate) const HEAD: usize = 9;
+/// Bytes that go to the file at once.
+const BUFFER: usize = 128 * 1024;
+/// No chunk holds more when it is unpacked, bytes.
+const UNPACKED_MAX: u64 = 64 << 20;
+/// LZ4 packs at most this many bytes into one.
+const LZ4_RATIO_MAX: u64 = 255;
+
+/// The kinds of records of a file that are told apart.
+pub(crate) mod kind {
+    use super::op;
+    pub(crate) const HEADER: u8 = op::HEADER;
+    pub(crate) const CHUNK: u8 = op::CHUNK;
+    pub(crate) const MESSAGE_INDEX: u8 = op::MESSAGE_INDEX;
+    pub(crate) const ATTACHMENT: u8 = op::ATTACHMENT;
+    pub(crate) const METADATA: u8 = op::METADATA;
+    pub(crate) const DATA_END: u8 = op::DATA_END;
+}
+
+/// An MCAP file that is being written. Messages are gathered until [`Container::end_chunk`].
+pub(crate) struct Container<W: Write> {
+    writer: Writer<NoSeek<BufWriter<W>>>,
+    chunk_bytes: usize,
+}
+
+/// How the messages of a channel are encoded.
+pub(crate) struct Encoding<'a> {
+    /// Of messages: `protobuf`, `cdr`, `json`.
+    pub(crate) message: &'a str,
+    /// Of the schema: `protobuf`, `ros2msg`, `jsonschema`.
+    pub(crate) schema: &'a str,
+}
+
+impl<W: Write> Container<W> {
+    /// Begins a file. `profile` is `ros2` or empty.
+    pub(crate) fn begin(to: W, profile: &str, library: &str) -> io::Result<Container<W>> {
+        let options = WriteOptions::new()
+            .profile(profile)
+            .library(library)
+            .compression(Some(Compression::Lz4))
+            .chunk_size(None)
+            .disable_seeking(true);
+        let writer = options.create(NoSeek::new(BufWriter::with_capacity(BUFFER, to))).map_err(to_io)?;
+        Ok(Container { writer, chunk_bytes: 0 })
+    }
+
+    /// Declares a channel; its number.
+    pub(crate) fn channel(
+        &mut self,
+        topic: &str,
+        schema: &str,
+        encoding: &Encoding,
+        definition: &[u8],
+        metadata: &BTreeMap<String, String>,
+    ) -> io::Result<u16> {
+        let schema = self.writer.add_schema(schema, encoding.schema, definition).map_err(to_io)?;
+        self.writer.add_channel(schema, topic, encoding.message, metadata).map_err(to_io)
+    }
+
+    /// Adds a message to the chunk. Times are simulated, ns.
+    pub(crate) fn message(&mut self, channel: u16, time_ns: u64, sequence: u32, data: &[u8]) -> io::Result<()> {
+        self.chunk_bytes += data.len();
+        let header = MessageHeader { channel_id: channel, sequence, log_time: time_ns, publish_time: time_ns };
+        self.writer.write_to_known_channel(&header, data).map_err(to_io)
+    }
+
+    /// What the messages of the open chunk hold, bytes.
+    pub(crate) fn chunk_bytes(&self) -> usize {
+        self.chunk_bytes
+    }
+
+    /// Ends the chunk: what was written so far can be read from now on, whatever happens.
+    pub(crate) fn end_chunk(&mut self) -> io::Result<()> {
+        self.chunk_bytes = 0;
+        self.writer.flush().map_err(to_io)
+    }
+
+    /// Adds a file to the file.
+    pub(crate) fn attach(&mut self, name: &str, media_type: &str, time_ns: u64, data: &[u8]) -> io::Result<()> {
+        self.end_chunk()?;
+        let attachment = Attachment {
+            log_time: time_ns,
+            create_time: 0,
+            name: name.to_owned(),
+            media_type: media_type.to_owned(),
+            data: Cow::Borrowed(data),
+        };
+        self.writer.attach(&attachment).map_err(to_io)
+    }
+
+    /// Adds pairs of texts.
+    pub(crate) fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> io::Result<()> {
+        self.end_chunk()?;
+        self.writer.write_metadata(&Metadata { name: name.to_owned(), metadata }).map_err(to_io)
+    }
+
+    /// Ends the file with its index; gives back what it was written to.
+    pub(crate) fn finish(mut self) -> io::Result<W> {
+        self.writer.finish().map_err(to_io)?;
+        self.writer.into_inner().into_inner().into_inner().map_err(io::IntoInnerError::into_error)
+    }
+}
+
+fn to_io(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        other => io::Error::new(io::ErrorKind::InvalidData, other),
+    }
+}
+
+/// Opcode and length of the record that begins with these bytes.
+pub(crate) fn head(bytes: &[u8; HEAD]) -> (u8, u64) {
+    let [kind, length @ ..] = bytes;
+    (*kind, u64::from_le_bytes(length.to_owned()))
+}
+
+/// The library that a file says it was written with.
+pub(crate) fn library(header: &[u8]) -> Option<String> {
+    match parse_record(op::HEADER, header).ok()? {
+        Record::Header(header) => Some(header.library),
+        _ => None,
+    }
+}
+
+/// Name and pairs of a metadata record.
+pub(crate) fn metadata(record: &[u8]) -> Option<(String, BTreeMap<String, String>)> {
+    match parse_record(op::METADATA, record).ok()? {
+        Record::Metadata(metadata) => Some((metadata.name, metadata.metadata)),
+        _ => None,
+    }
+}
+
+/// Name and content of an attachment whose checksum fits.
+pub(crate) fn attachment(record: &[u8]) -> Option<(String, &[u8])> {
+    if record.len() < 40 {
+        return None;
+    }
+    match parse_record(op::ATTACHMENT, record).ok()? {
+        Record::Attachment { header, data: Cow::Borrowed(data), .. } => Some((header.name, data)),
+        _ => None,
+    }
+}
+
+/// First and last time in a chunk, ns, by the beginning of its record.
+pub(crate) fn chunk_times(beginning: &[u8]) -> Option<(u64, u64)> {
+    let number = |at: usize| Some(u64::from_le_bytes(beginning.get(at..at + 8)?.try_into().ok()?));
+    Some((number(0)?, number(8)?))
+}
+
+/// What a chunk holds.
+pub(crate) enum Entry<'a> {
+    /// Channel and topic.
+    Channel(u16, &'a str),
+    /// Channel and content.
+    Message(u16, &'a [u8]),
+}
+
+/// Goes through a chunk whose checksum fits, given with its head; `None` for what is not one.
+pub(crate) fn chunk(bytes: &[u8], mut see: impl FnMut(Entry) -> Option<()>) -> Option<()> {
+    let Record::Chunk { header, .. } = parse_record(op::CHUNK, bytes.get(HEAD..)?).ok()? else { return None };
+    let packed = header.compression == "lz4";
+    let room = if packed { LZ4_RATIO_MAX.saturating_mul(header.compressed_size) } else { header.compressed_size };
+    if header.uncompressed_size > room.min(UNPACKED_MAX) {
+        return None;
+    }
+    let mut reader = LinearReader::new_with_options(
+        LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(bytes.len().max(header.uncompressed_size as usize)),
+    );
+    let mut rest = bytes;
+    while let Some(event) = reader.next_event() {
+        match event.ok()? {
+            LinearReadEvent::ReadRequest(0) => return None,
+            LinearReadEvent::ReadRequest(wanted) => {
+                let (next, after) = rest.split_at(wanted.min(rest.len()));
+                reader.insert(next.len()).copy_from_slice(next);
+                reader.notify_read(next.len());
+                rest = after;
+            }
+            LinearReadEvent::Record { data, opcode } => match parse_record(opcode, data).ok()? {
+                Record::Channel(channel) => see(Entry::Channel(channel.id, &channel.topic))?,
+                Record::Message { header, data } => see(Entry::Message(header.channel_id, &data))?,
+                _ => {}
+            },
+        }
+    }
+    Some(())
+}
