@@ -21,12 +21,12 @@ struct View {
 
 impl View {
     fn of(fleet: &str) -> View {
-        let mut process = Command::new(SHOAL)
-            .args(["view", "--fleet", fleet])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        View::with(&["--fleet", fleet])
+    }
+
+    fn with(args: &[&str]) -> View {
+        let mut process =
+            Command::new(SHOAL).arg("view").args(args).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut url = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut url).unwrap();
         let url = url.trim().to_owned();
@@ -301,4 +301,53 @@ fn a_fleet_in_lockstep_is_paused_and_stepped_on_the_page() {
     browser.keys(" ");
     browser.wait_until(&format!("shoal.main.frame.tick > {paused_at} + 20"));
     browser.assert_no_errors();
+}
+
+/// Two records of one scenario: one is played and sought through, two are compared.
+#[test]
+fn records_are_played_and_compared() {
+    let Some(browser) = Browser::start(1200, 800) else { return };
+    let directory = tempfile::tempdir().unwrap();
+    let record = |planner: &str| {
+        let path = directory.path().join(format!("{planner}.mcap")).to_str().unwrap().to_owned();
+        let args = ["run", "head-on", "--mode", "single", "--planner", planner, "--filter", "none", "--record", &path];
+        assert!(shoal(&args).code.is_some_and(|code| code <= 1), "{planner}");
+        path
+    };
+    let (straight, lanes) = (record("straight"), record("lanes"));
+
+    let view = View::with(&[&straight]);
+    browser.open(&view.url);
+    browser.wait_until("shoal.main?.frame?.tick > 20 && !document.querySelector('#player').hidden");
+    assert!(browser.eval("shoal.tapes[0].info.events.length").as_u64() > Some(2));
+    browser.wait_until("shoal.main.flashes.length > 0 || shoal.play.time >= shoal.play.seconds");
+    assert_eq!(
+        browser.eval("shoal.tapes[0].info.events.some((event) => event.kind === 'contact' && event.at_m)"),
+        true
+    );
+    browser.press("#play");
+    browser.eval("seek(shoal.play.seconds / 2)");
+    browser.wait_until("Math.abs(shoal.main.frame.time_s - shoal.play.time) < 0.05");
+    browser.picture("record.png");
+    browser.keys(".");
+    browser.wait_until("shoal.main.frame.time_s > shoal.play.seconds / 2");
+    browser.eval("seek(1e9)");
+    browser.wait_until("shoal.main.frame.tick === shoal.tapes[0].info.last");
+    browser.assert_no_errors();
+    drop(view);
+
+    let view = View::with(&[&straight, &lanes]);
+    browser.open(&view.url);
+    browser.wait_until("shoal.stages.length === 2 && shoal.layers.every((layer) => layer.frame?.tick > 10)");
+    browser.eval(
+        "(() => { const choice = document.querySelector('#compare'); choice.value = 'over'; choice.onchange(); })()",
+    );
+    browser.wait_until("shoal.stages.length === 1 && shoal.stages[0].layers.length === 2");
+    browser.picture("compared.png");
+    browser.assert_no_errors();
+
+    std::fs::write(directory.path().join("no.mcap"), "nothing").unwrap();
+    let no = directory.path().join("no.mcap");
+    shoal(&["view", no.to_str().unwrap()]).expect_failure(2, &["no.mcap", "record"]);
+    shoal(&["view", "nosuch.mcap"]).expect_failure(2, &["nosuch.mcap"]);
 }

@@ -63,7 +63,17 @@ const NAMES: [(&str, &[&str]); 14] = [
     ("report::exit", &["cli"]),
     (
         "std::time",
-        &["bus", "daemon", "cli", "robot-agent", "world-sim", "watch", "web", "record/src/sink.rs", "sweep/src/pool.rs"],
+        &[
+            "bus",
+            "daemon",
+            "cli",
+            "robot-agent",
+            "world-sim",
+            "watch",
+            "web",
+            "record/src/sink.rs",
+            "sweep/src/pool.rs",
+        ],
     ),
     (
         "std::fs",
@@ -73,13 +83,10 @@ const NAMES: [(&str, &[&str]); 14] = [
             "cli",
             "robot-agent",
             "world-sim",
-<<<<<<< HEAD
             "watch",
-=======
             "record/src/sink.rs",
             "record/src/source.rs",
             "record/src/identity.rs",
->>>>>>> bc83cb0 ([record] records are MCAP files, written by a thread while the run goes on)
             "sweep/src/directory.rs",
             "sweep/src/database.rs",
         ],

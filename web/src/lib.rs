@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Live --feed--> newest texts --server--> page/ (HTML, CSS, JavaScript, embedded)
-//!                                 '------ act <-- clicks
+//! Tape (a record) ----------------'  '--- act <-- clicks
 //! ```
 //! A process of its own, on one thread and one more per fleet that is looked at. Who may look and act is decided in `guard`.
 
@@ -11,5 +11,7 @@ mod feed;
 mod guard;
 mod json;
 mod server;
+mod tape;
 
 pub use server::{Options, WebError, serve};
+pub use tape::Tape;

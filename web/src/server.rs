@@ -3,6 +3,7 @@
 use crate::act::{Act, Answer};
 use crate::feed::{Feed, Page};
 use crate::guard::{Caller, Guard};
+use crate::tape::Tape;
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
@@ -47,7 +48,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; c
 const TOKEN: HeaderName = HeaderName::from_static("x-shoal-token");
 
 /// What is served.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Options {
     /// The port; 0 is any.
     pub port: u16,
@@ -55,6 +56,8 @@ pub struct Options {
     pub fleet: Option<String>,
     /// The server ends when that fleet has.
     pub ends_with_fleet: bool,
+    /// Records that are played; without running fleets then.
+    pub tapes: Vec<Tape>,
 }
 
 /// Why there is no server.
@@ -129,6 +132,8 @@ fn routes(site: Arc<Site>) -> Router {
         .route("/page.css", get(|| async { text("text/css; charset=utf-8", STYLE) }))
         .route("/page.js", get(|| async { text("text/javascript; charset=utf-8", SCRIPT) }))
         .route("/sources", get(sources))
+        .route("/records/{number}", get(record))
+        .route("/records/{number}/frames", get(frames))
         .route("/fleets/{id}/stream", get(stream_of))
         .route("/fleets/{id}/choose/{slot}", post(choose))
         .route("/fleets/{id}/act", post(act))
@@ -173,6 +178,9 @@ async fn guarded(State(site): Here, request: Request, next: Next) -> Response {
 impl Site {
     /// The fleets that are shown.
     fn fleets(&self) -> Vec<FleetEntry> {
+        if !self.options.tapes.is_empty() {
+            return Vec::new();
+        }
         let wanted = |fleet: &FleetEntry| self.options.fleet.as_deref().is_none_or(|id| fleet.address.id() == id);
         let fleets = clean::list_fleets().unwrap_or_default();
         fleets.into_iter().filter(|fleet| !fleet.abandoned && wanted(fleet)).collect()
@@ -202,7 +210,8 @@ impl Site {
 async fn sources(State(site): Here) -> Response {
     let fleets: Vec<_> =
         site.fleets().iter().map(|fleet| json!({ "id": fleet.address.id(), "name": fleet.name })).collect();
-    as_json(&json!({ "version": env!("CARGO_PKG_VERSION"), "fleets": fleets, "records": [] }))
+    let records: Vec<_> = site.options.tapes.iter().map(|tape| json!({ "path": tape.name() })).collect();
+    as_json(&json!({ "version": env!("CARGO_PKG_VERSION"), "fleets": fleets, "records": records }))
 }
 
 fn as_json(value: &impl serde::Serialize) -> Response {
@@ -228,11 +237,33 @@ async fn stream_of(State(site): Here, Path(id): Path<String>) -> Response {
     Sse::new(events).keep_alive(KeepAlive::new().interval(ALIVE_EVERY)).into_response()
 }
 
+/// What is known of a record.
+async fn record(State(site): Here, Path(number): Path<usize>) -> Response {
+    site.options.tapes.get(number).map_or_else(no_record, |tape| as_json(&tape.about()))
+}
+
 #[derive(Deserialize)]
-struct Nothing {}
+struct Window {
+    from: u64,
+    to: u64,
+    step: u64,
+}
+
+/// Some frames of a record.
+async fn frames(State(site): Here, Path(number): Path<usize>, Query(window): Query<Window>) -> Response {
+    let Some(tape) = site.options.tapes.get(number) else { return no_record() };
+    match tape.frames(window.from, window.to, window.step) {
+        Ok(text) => ([(CONTENT_TYPE, "application/json")], text).into_response(),
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, format!("{}: {error}\n", tape.name())).into_response(),
+    }
+}
+
+fn no_record() -> Response {
+    (StatusCode::NOT_FOUND, "there are fewer records\n").into_response()
+}
 
 /// Intentions of this robot are told from now on.
-async fn choose(State(site): Here, Path((id, slot)): Path<(String, u32)>, _: Query<Nothing>) -> Response {
+async fn choose(State(site): Here, Path((id, slot)): Path<(String, u32)>) -> Response {
     match site.feed(&id) {
         Ok(feed) => {
             feed.choose(RobotIndex(slot));

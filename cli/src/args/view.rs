@@ -2,6 +2,7 @@
 
 use super::FleetArg;
 use clap::Args;
+use std::path::PathBuf;
 
 /// `shoal view`.
 #[derive(Debug, Args)]
@@ -9,13 +10,18 @@ use clap::Args;
 Examples:
   shoal view                    all running fleets of this user, in the browser
   shoal view --fleet lab
-  shoal view --port 8080        for a bookmark, or a tunnel: ssh -L 8080:127.0.0.1:8080
+  shoal view --port 8080        for a tunnel: ssh -L 8080:127.0.0.1:8080 HOST
+  shoal view run.mcap           plays a record
+  shoal view lanes.mcap orca.mcap   two records, side by side or on top of each other
 
 It prints the address to open and serves until Ctrl-C. The address is for this
 machine only and holds a token that is new each time: without it nobody sees or
 does anything. On the page, fleets can be driven as well: tasks, new robots,
 faults. The robots do not notice that they are watched.")]
 pub struct ViewArgs {
+    /// Records to play, two at most; by default running fleets are shown
+    #[arg(value_name = "RECORD", num_args = 0..=2, conflicts_with = "fleet")]
+    pub records: Vec<PathBuf>,
     /// Which fleet; by default all of this user.
     #[command(flatten)]
     pub fleet: FleetArg,

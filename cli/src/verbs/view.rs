@@ -1,12 +1,12 @@
 //! `shoal view`: the page on which fleets are watched and driven.
 
+use super::fleet;
 use crate::args::ViewArgs;
 use crate::exit::{self, Failure};
-use crate::out;
+use crate::{out, record};
 use daemon::signals::Interrupted;
-use web::{Options, WebError};
-
-use super::fleet;
+use std::path::Path;
+use web::{Options, Tape, WebError};
 
 /// Serves it until it is interrupted; as part of a run, until that ends.
 ///
@@ -23,7 +23,8 @@ pub fn run(options: &ViewArgs) -> Result<(), Failure> {
         Some(_) => Some(fleet::choose(&options.fleet)?.id().to_owned()),
         None => None,
     };
-    let options = Options { port: options.port, fleet, ends_with_fleet: options.parent.is_some() };
+    let tapes = options.records.iter().map(|path| open(path)).collect::<Result<_, _>>()?;
+    let options = Options { port: options.port, fleet, ends_with_fleet: options.parent.is_some(), tapes };
     let mut printed = Ok(());
     let part_of_run = options.ends_with_fleet;
     let mut ready = |url: &str| {
@@ -39,4 +40,11 @@ pub fn run(options: &ViewArgs) -> Result<(), Failure> {
         WebError::Io(cause) => Failure::environment(format!("view: {cause}")),
     })?;
     printed
+}
+
+/// A record, with what is wrong with it said the way all verbs say it.
+fn open(path: &Path) -> Result<Tape, Failure> {
+    let record = record::open(path)?;
+    record::tell_gaps(path, &record);
+    Tape::of(path, record).map_err(|error| record::refused(path, &error))
 }

@@ -2,8 +2,10 @@
 
 use super::http;
 use crate::support::wait_for;
+use rustix::process::{Pid, Signal, kill_process_group};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use tempfile::TempDir;
@@ -36,8 +38,14 @@ impl Browser {
             eprintln!("skipped: there is no chromium with chromedriver (Debian: chromium, chromium-driver)");
             return None;
         };
-        let mut driver =
-            Command::new(driver).arg("--port=0").stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        // A group of its own: the browser goes with its driver, whatever becomes of the test.
+        let mut driver = Command::new(driver)
+            .arg("--port=0")
+            .process_group(0)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
         let port = (BufReader::new(driver.stdout.take().unwrap()).lines())
             .find_map(|line| {
                 line.unwrap().split("started successfully on port ").nth(1)?.trim_end_matches('.').parse().ok()
@@ -160,7 +168,8 @@ impl Drop for Browser {
         if !self.session.is_empty() {
             http::ask(self.port, "DELETE", &format!("/session/{}", self.session), &[("Host", &host)], "");
         }
-        let _ = self.driver.kill();
+        let group = Pid::from_raw(self.driver.id().cast_signed()).expect("it has a number");
+        let _ = kill_process_group(group, Signal::KILL);
         let _ = self.driver.wait();
     }
 }
