@@ -8,6 +8,7 @@
 //! frames        world -> observers  whole frames                                 iceoryx2 publish-subscribe
 //! control       daemon <-> world    orders and notices                           ring in a file, and a bell
 //! queue         the same             what becomes of a message that finds its ring full    pure
+//! notes         robots -> record    what a replay has to know of their steps       rings in files
 //! operator      operator -> daemon  requests and replies                         unix socket
 //! stats         any -> daemon       latency histograms and counters              counters in a file
 //! blame         any -> daemon       why a period was late                        the same file
@@ -40,6 +41,7 @@ pub mod lock;
 mod maker;
 mod map;
 pub mod node;
+pub mod notes;
 pub mod operator;
 pub mod process;
 pub mod queue;

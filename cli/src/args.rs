@@ -67,6 +67,8 @@ pub enum Verb {
     Down(DownArgs),
     /// Draw a recorded run as SVG
     Plot(PlotArgs),
+    /// Show a recorded run, compute it again and compare, or compare two
+    Replay(ReplayArgs),
     /// Compare the planners with the results in their papers
     Reproduce(ReproduceArgs),
     /// Compare planners over scenarios, seeds and values of keys

@@ -94,12 +94,16 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>, rate: Rate) -
     let mut opener = Opener::at(scenario.clock.dt_s(), rate);
     let started_ns = clock::now_ns();
     let wall_s = move || clock::now_ns().saturating_sub(started_ns) as f64 * 1e-9;
-    let show = &mut |world: &World| {
+    let mut world = World::new(&scenario);
+    if recorder.is_some() {
+        world.keep_inputs();
+    }
+    let show = &mut |world: &mut World| {
         if let Some(recorder) = &mut recorder {
             recorder.frame(world);
         }
     };
-    let outcome = single::run_shown(&scenario, show, &mut |world, notices| {
+    let outcome = single::run_shown(&scenario, world, show, &mut |world, notices| {
         for notice in notices {
             if let Notice::Log(event) = notice
                 && event.kind.name().is_notable(event.tick)

@@ -16,6 +16,7 @@ pub mod planners;
 pub mod plot;
 pub mod ps;
 pub mod remove;
+pub mod replay;
 pub mod reproduce;
 pub mod restart;
 pub mod schema;

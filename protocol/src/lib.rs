@@ -8,6 +8,8 @@
 //! robot-agent  robot_to_world (its board) -------------> world-sim
 //! robot-agent  robot_to_robot (its board) -------------> robot-agent
 //! world-sim -- world_to_observer (frames) -------------> anyone
+//! world-sim,
+//! robot-agent  inputs (in the record) ----------------> a replay
 //! operator --- operator_to_daemon (request, reply) ----> daemon
 //! ```
 //!
@@ -22,6 +24,7 @@ pub const FLEET_VERSION: u32 = 4;
 pub mod codec;
 pub mod daemon_to_robot;
 pub mod daemon_to_world;
+pub mod inputs;
 pub mod operator_to_daemon;
 pub mod robot_to_robot;
 pub mod robot_to_world;

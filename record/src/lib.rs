@@ -37,6 +37,7 @@ pub use error::RecordError;
 pub use export::{ExportError, ExportFormat, export};
 pub use frame::Body;
 pub use header::{About, Ending, FORMAT, time_ns};
+pub use identity::build;
 pub use moment::{Added, InputSource, Moment};
 pub use reader::{Cut, Frame, Frames, Input, Inputs, Record};
 pub use sink::Sink;

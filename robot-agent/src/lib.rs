@@ -3,12 +3,14 @@
 //! [`agent`] is the pure core: odometry, poses heard and pieces seen go in, a pose and a drive come out.
 //! [`radio`] is what stands between a neighbour's board and the planner: which pose counts, and the faults of a
 //! scenario. [`shell`] connects the core to shared memory ([`ports`]) and to time, and takes no decision about robots.
+//! [`note`] is what a step leaves to a replay, where a run is recorded.
 //!
 //! A planner outside shoal needs this crate alone: [`run`] is its `main`, and [`planners`], [`model`], [`geometry`] and
 //! [`nalgebra`] are re-exported. `examples/own-planner` shows it.
 
 pub mod agent;
 pub mod executable;
+pub mod note;
 pub mod ports;
 pub mod radio;
 pub mod shell;

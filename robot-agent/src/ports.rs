@@ -1,5 +1,6 @@
 //! What an agent's process shares with others: the gate, the boards of the world and of the robots in range, statistics.
 
+use crate::note::Notes;
 use bus::{
     Address, BusError, Gate, Lease, Node, Poses, RobotReader, RobotWriter, Sizes, StatsWriter, Strips, WorldReader,
     clock,
@@ -36,6 +37,8 @@ pub(crate) struct Ports {
     custody: Option<Custody>,
     pub(crate) robot: RobotWriter,
     pub(crate) stats: StatsWriter,
+    /// What it notes for a replay, if the run is recorded.
+    pub(crate) notes: Option<Notes>,
     /// The robots in range, as the world last listed them.
     in_range: Vec<NeighborRef>,
     /// The robots that it will list as soon as they have spoken.
@@ -82,6 +85,7 @@ impl Ports {
                 &[Metric::PoseAge, Metric::Wake, Metric::Plan, Metric::Step],
                 Strips::of_agent(sizes.max_robots),
             )?,
+            notes: None,
             in_range: Vec::new(),
             coming: Vec::new(),
             impairment: Impairment::default(),

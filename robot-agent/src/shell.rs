@@ -4,6 +4,7 @@
 //! (see [`crate::executable`]).
 
 use crate::agent::{Agent, AgentError, AgentInputs, AgentOutputs, Duty, Time, duty, planner_of};
+use crate::note::Notes;
 use crate::ports::{Custody, Ports, PortsError};
 use bus::blame::{Period, Watch};
 use bus::{Address, BusError, Counter, Gate, Poses, Sizes, TickWait, clock, gate, helm};
@@ -102,7 +103,7 @@ pub type Build<'a> = dyn FnMut(&AgentSpec) -> Result<Box<dyn Planner>, AgentErro
 /// # Errors
 /// See [`ShellError`].
 pub fn main(args: &Args) -> Result<(), ShellError> {
-    run(args, &mut planner_of, &mut |_, _| {})
+    run_as(args, false, &mut planner_of, &mut |_, _| {})
 }
 
 /// Runs an agent until its robot leaves or the run ends. `build` makes the planner; `adjust` may change what the
@@ -111,6 +112,11 @@ pub fn main(args: &Args) -> Result<(), ShellError> {
 /// # Errors
 /// See [`ShellError`].
 pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut Adjust<'_>) -> Result<(), ShellError> {
+    run_as(args, true, build, adjust)
+}
+
+/// The same; `is_own`: its executable is not shoal's.
+fn run_as(args: &Args, is_own: bool, build: &mut Build<'_>, adjust: &mut Adjust<'_>) -> Result<(), ShellError> {
     bus::process::leave_ending_to_daemon();
     let address = Address::at(&args.root)?;
     let left_running = helm::is_left_running(&address);
@@ -143,6 +149,10 @@ pub fn run(args: &Args, build: &mut Build<'_>, adjust: &mut Adjust<'_>) -> Resul
             custody,
         )?
     };
+    // In other modes, what an agent knows follows from what the world was told.
+    if agent.spec().clock.mode == Mode::Realtime && bus::notes::is_recorded(&address) {
+        ports.notes = Notes::begin(&address, agent.spec(), is_own);
+    }
     ports.prepare(&agent.spec().foreseen);
     ports.gate.announce_ready(args.instance);
     let ended = match agent.spec().clock.mode {
@@ -324,6 +334,10 @@ fn step(
         adjust(pose, &mut outputs);
         // The planner's stopwatch has just looked at the clock.
         pose.stamp_ns = stopwatch.done_ns.load(Relaxed);
+        if let Some(notes) = &mut ports.notes {
+            // Before anybody can hear it: whoever notes that he heard it comes later.
+            notes.step(&inputs, pose, &outputs, ports.gate.progress().tick);
+        }
         (outputs, pose.stamp_ns)
     });
     if ports.has_borders {

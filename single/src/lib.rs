@@ -31,20 +31,20 @@ pub fn run(
     scenario: &Scenario,
     watch: &mut dyn FnMut(&World, &[Notice]) -> ControlFlow<()>,
 ) -> Result<Outcome, AgentError> {
-    run_shown(scenario, &mut |_| {}, watch)
+    run_shown(scenario, World::new(scenario), &mut |_| {}, watch)
 }
 
-/// The same; `show` sees what observers of a real fleet see: the world when a tick has been opened, and once more at the
-/// end.
+/// The same with this world of the scenario, before its first tick; `show` sees what observers of a real fleet see: the world
+/// when a tick has been opened, and once more at the end.
 ///
 /// # Errors
 /// When a robot's method cannot be built.
 pub fn run_shown(
     scenario: &Scenario,
-    show: &mut dyn FnMut(&World),
+    mut world: World,
+    show: &mut dyn FnMut(&mut World),
     watch: &mut dyn FnMut(&World, &[Notice]) -> ControlFlow<()>,
 ) -> Result<Outcome, AgentError> {
-    let mut world = World::new(scenario);
     let mut cells: Vec<Option<Cell>> = scenario.robots.iter().map(|_| None).collect();
     let mut heard: Vec<(NeighborRef, SharedPose)> = Vec::new();
     let mut borders: Vec<SharedBorder> = Vec::new();
@@ -53,7 +53,7 @@ pub fn run_shown(
 
     while !world.finished() {
         world.open(&mut |_| true);
-        show(&world);
+        show(&mut world);
         answers.clear();
         for instance in world.participants().to_vec() {
             enter(&mut cells, scenario, instance)?;
@@ -94,7 +94,7 @@ pub fn run_shown(
             break;
         }
     }
-    show(&world);
+    show(&mut world);
     Ok(world.outcome())
 }
 

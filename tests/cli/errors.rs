@@ -243,7 +243,7 @@ const BAD_LINES: &[(&str, &[&str])] = &[
     ("reproduce rpao", &["unknown paper `rpao`", "did you mean `rpoa`"]),
     ("reproduce --runs -1", &["--runs", "-1"]),
     ("plot", &["<FILE>"]),
-    ("replay --verify x", &["`shoal replay`", "not built", "lockstep"]),
+    ("replay --verify x", &["record `x`", "No such file", "--record"]),
     ("stress --robots 0", &["--robots 0", "1 to 1024"]),
     ("stress --robots -3", &["--robots", "-3"]),
     ("stress --hz 0", &["--hz 0", "1 to 10000"]),

@@ -22,6 +22,7 @@ mod orphans;
 mod pace;
 mod places;
 mod processes;
+mod replays;
 mod rlimits;
 mod scheduling;
 mod service;

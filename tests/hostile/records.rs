@@ -7,6 +7,7 @@ use protocol::record::{MAGIC_END, Record};
 use scenarios::Overrides;
 use std::ops::ControlFlow;
 use view::{run::draw, scene::Scene};
+use world_sim::World;
 use world_sim::recorder::Recorder;
 
 /// A mutant of a few kilobytes may take this much, bytes: mostly for its picture.
@@ -22,8 +23,10 @@ fn record(scenario: &Scenario) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a temporary directory");
     let path = folder.path().join("run.rec");
     let mut recorder = Recorder::begin(&path, scenario).expect("a file");
-    let outcome =
-        single::run_shown(scenario, &mut |world| recorder.frame(world), &mut |_, _| ControlFlow::Continue(()));
+    let mut world = World::new(scenario);
+    world.keep_inputs();
+    let show = &mut |world: &mut World| recorder.frame(world);
+    let outcome = single::run_shown(scenario, world, show, &mut |_, _| ControlFlow::Continue(()));
     recorder.finish(&outcome.expect("it runs")).expect("a record");
     std::fs::read(path).expect("the record")
 }

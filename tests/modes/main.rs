@@ -5,5 +5,6 @@ mod hashes;
 mod live;
 mod load;
 mod records;
+mod replays;
 mod report;
 mod support;

@@ -9,7 +9,7 @@ use source::{Crate, circles, code_of, manifest_dependencies, workspace_root};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The crates in the order of the data flow: each depends on some of those above it, and on no other.
-const ROOMS: [&str; 19] = [
+const ROOMS: [&str; 21] = [
     "geometry",
     "model",
     "dynamics",
@@ -21,6 +21,7 @@ const ROOMS: [&str; 19] = [
     "world-sim",
     "robot-agent",
     "single",
+    "replay",
     "reproduce",
     "report",
     "view",
@@ -33,7 +34,7 @@ const ROOMS: [&str; 19] = [
 ];
 
 /// What a crate may depend on of the crates above it, where that is less than all.
-const ONLY: [(&str, &[&str]); 12] = [
+const ONLY: [(&str, &[&str]); 13] = [
     ("geometry", &[]),
     ("model", &["geometry"]),
     ("dynamics", &["geometry", "model"]),
@@ -45,6 +46,7 @@ const ONLY: [(&str, &[&str]); 12] = [
     ("world-sim", &["geometry", "model", "dynamics", "protocol", "record", "bus"]),
     ("robot-agent", &["geometry", "model", "planners", "protocol", "bus"]),
     ("single", &["model", "protocol", "robot-agent", "world-sim"]),
+    ("replay", &["model", "protocol", "record", "robot-agent", "world-sim"]),
     ("sweep", &["model", "scenarios", "world-sim", "single", "report", "view"]),
 ];
 

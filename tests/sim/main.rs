@@ -9,6 +9,7 @@ mod invariants;
 mod lanes;
 mod radio;
 mod random;
+mod replay;
 mod solids;
 mod table;
 mod timeline;

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! recording   a whole fleet in one thread, every tick of it kept
+//! tape        what a record holds of a run, in memory, and its replay
 //! truth       what a run came to, recomputed from those ticks by other means than the world's
 //! build       scenarios from short texts and from the catalog; sweeps over seeds
 //! process     shoal as a real process, that ends with the test
@@ -12,10 +13,12 @@ pub mod build;
 pub mod process;
 pub mod prometheus;
 pub mod recording;
+pub mod tape;
 pub mod truth;
 
 pub use build::{catalog, catalog_names, scenario, seeds};
 pub use recording::{Frame, Recording};
+pub use tape::Tape;
 
 /// Hands the name of a test and the name of a scenario, for all of the catalog, to the macro `$each`: tests of their own run
 /// side by side. Whoever uses it checks that the list is that of [`catalog_names`].

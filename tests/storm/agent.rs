@@ -5,8 +5,10 @@ use crate::shared::{Board, Shared};
 use daemon::coordinator::Ending;
 use model::{Mode, RobotIndex, RobotInstance};
 use protocol::daemon_to_robot::AgentSpec;
+use protocol::inputs::{AgentNote, StepNote};
 use protocol::robot_to_robot::SharedPose;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
+use robot_agent::note::note_step;
 use robot_agent::{Agent, AgentInputs, AgentOutputs, Duty, Time, duty};
 
 /// Sleeps until it is called.
@@ -193,6 +195,12 @@ impl AgentProcess {
             AgentInputs { odometry: &odometry, heard: &self.heard, borders: &[], radio, pieces: &self.pieces, time };
         let mut pose = SharedPose::default();
         let outputs = self.agent.step(&inputs, &mut pose);
+        if let (Mode::Realtime, Some(tape)) = (self.mode, &mut shared.tape) {
+            let mut note = StepNote::default();
+            pose.stamp_ns = shared.now;
+            note_step(&mut note, &inputs, &pose, &outputs, odometry.tick);
+            tape.note(self.instance, &AgentNote::Step(note));
+        }
         self.saying = Some((Saying::Pose, pose, outputs, odometry));
         self.say(shared)
     }
@@ -208,7 +216,7 @@ impl AgentProcess {
                     *saying = Saying::Command;
                 }
                 Saying::Command => {
-                    outputs.command(odometry, shared.now, &mut board.command);
+                    outputs.command(odometry, pose.stamp_ns, &mut board.command);
                     *saying = Saying::Answer;
                 }
                 Saying::Answer => {

@@ -86,6 +86,7 @@ coverage! {
     drained: "times that world and coordinator were compared",
     said: "lines for the watcher",
     broken_off: "runs that were broken off",
+    replayed: "commands that were computed again from records",
 }
 
 impl Coverage {

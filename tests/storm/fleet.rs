@@ -7,6 +7,7 @@ use crate::dice::{Dice, MS};
 use crate::kernel::Kernel;
 use crate::operators::Operators;
 use crate::plan::Plan;
+use crate::replays;
 use crate::restarts;
 use crate::shared::Shared;
 use crate::world::WorldProcess;
@@ -115,6 +116,7 @@ impl Fleet {
         self.kernel.everybody_ends(&mut self.shared);
         let answers = self.operators.check(&self.world.world, &self.daemon.coordinator);
         let outcome = self.world.world.outcome();
+        self.shared.coverage.replayed += replays::is_the_same_again(self.shared.tape.take(), &outcome);
         let mut coverage = self.shared.coverage;
         coverage.count(&outcome.events);
         coverage.orders_full = self.shared.orders.refusals;
@@ -135,7 +137,7 @@ impl Fleet {
         Came { trace: self.shared.trace, coverage, outcome }
     }
 
-    fn step(&mut self) {
+    pub(crate) fn step(&mut self) {
         let (at, turn) = self.next();
         self.shared.now = self.shared.now.max(at);
         self.shared.note(self.shared.now);

@@ -33,6 +33,7 @@ mod fleet;
 mod kernel;
 mod operators;
 mod plan;
+mod replays;
 mod restarts;
 mod ring;
 mod shared;

@@ -10,6 +10,7 @@ use model::{RobotIndex, RobotInstance};
 use protocol::robot_to_robot::PosePair;
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{Impairment, NeighborRef, Odometry, Piece};
+use shoal_tests::Tape;
 use std::collections::BTreeMap;
 
 /// A robot's board.
@@ -113,6 +114,8 @@ pub(crate) struct Shared {
     pub(crate) trace: u64,
     /// Whether what happens is told, a line each: to find out why a seed fails.
     pub(crate) aloud: bool,
+    /// The record of the run.
+    pub(crate) tape: Option<Tape>,
 }
 
 impl Shared {
@@ -142,6 +145,7 @@ impl Shared {
             coverage: Coverage::default(),
             trace: seed,
             aloud: false,
+            tape: None,
         }
     }
 

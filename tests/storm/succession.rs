@@ -76,6 +76,7 @@ impl Fleet {
             self.shared.coverage.world_deaths += 1;
             self.shared.tell(|| "weather: the world dies".to_owned());
             self.world.dies();
+            self.shared.tape = None;
             // What it had taken and not kept goes with it.
             while self.shared.dice.permille(300) && self.shared.orders.pop().is_some() {}
             (self.shared.estate.world_died, self.shared.calls.daemon) = (true, true);

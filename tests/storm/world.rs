@@ -11,6 +11,7 @@ use protocol::daemon_to_world::{Absence, Order};
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::Notice;
 use protocol::world_to_robot::Odometry;
+use shoal_tests::Tape;
 use std::time::Duration;
 use world_sim::attendance::{Attendance, PATIENCE, command_of, command_of_tick};
 use world_sim::opener::Opens;
@@ -68,7 +69,8 @@ pub(crate) struct WorldProcess {
 
 impl WorldProcess {
     pub(crate) fn new(scenario: &Scenario, shared: &mut Shared) -> WorldProcess {
-        let world = World::new(scenario);
+        let mut world = World::new(scenario);
+        shared.tape = Some(Tape::begin(scenario, &mut world));
         shared.memory.pieces = (0..scenario.shape_pieces() as usize).map(|index| world.piece(index)).collect();
         let mut process = WorldProcess::of(world, scenario, shared);
         process.send_notices(shared);
@@ -102,6 +104,7 @@ impl WorldProcess {
     pub(crate) fn after(scenario: &Scenario, world: World, shared: &mut Shared) -> WorldProcess {
         let mut process = WorldProcess::of(world, scenario, shared);
         let start_ns = shared.now + 5 * MS;
+        shared.tape = None;
         process.pace = Some(Pace::new(start_ns, process.period_ns, process.command_timeout_ns));
         process.attendance.begin(start_ns);
         process.checks = Checks::of(&process.world);
@@ -319,6 +322,7 @@ impl WorldProcess {
             self.attendance.takes_part(instance, self.world.tick(), stamp_ns);
         }
         memory.tick = Some(self.world.tick());
+        self.record(shared);
         let notices = self.send_notices(shared);
         if shared.dice.permille(500) {
             // A large fleet leaves its state less often than every tick.
@@ -331,6 +335,7 @@ impl WorldProcess {
     fn close_tick(&mut self, shared: &mut Shared) {
         for (instance, command) in &self.commands {
             if let Some(command) = command {
+                self.world.commanded(*instance, command.stamp_ns);
                 self.world.planned(*instance, command.plan_state(), f64::from(command.filtered));
             }
         }
@@ -344,6 +349,13 @@ impl WorldProcess {
         self.attendance.welcome_back(&mut self.world, &|instance| memory.signs(instance));
         self.checks.closed(&self.world, &self.commands);
         shared.note(self.world.trajectory_hash());
+    }
+
+    /// What a recorder takes down. A world that goes on in place of another one is not recorded.
+    fn record(&mut self, shared: &mut Shared) {
+        if let Some(tape) = &mut shared.tape {
+            tape.show(&mut self.world);
+        }
     }
 
     fn take_orders(&mut self, shared: &mut Shared) {
@@ -394,6 +406,7 @@ impl WorldProcess {
     fn begin_leaving(&mut self, shared: &mut Shared) {
         self.take_orders(shared);
         self.world.refuse_orders();
+        self.record(shared);
         self.stage = Stage::Leave { begun_ns: shared.now };
         self.send_notices(shared);
         self.wake = shared.now + MS;

@@ -3,6 +3,7 @@
 
 use crate::World;
 use model::{Mode, Outcome, Robot, RobotInstance, Scenario};
+use protocol::codec;
 use protocol::world_to_observer::FrameBody;
 use record::{Added, Body, Ending, InputSource, Moment, Sink};
 use std::io;
@@ -49,9 +50,12 @@ impl Recorder {
         self.next.input(tick, source, bytes);
     }
 
-    /// Adds the present tick: called when it has been opened, and once after the last one. A failure is kept for the
-    /// end: the run does not suffer from it.
-    pub fn frame(&mut self, world: &World) {
+    /// Adds the present tick, and what the world was told since the one before, if it keeps that: called when it has been
+    /// opened, and once after the last one. A failure is kept for the end: the run does not suffer from it.
+    pub fn frame(&mut self, world: &mut World) {
+        if let Some(bytes) = world.take_inputs().and_then(|inputs| codec::encode(&inputs).ok()) {
+            self.input(world.tick(), InputSource::World, &bytes);
+        }
         self.frame.clear();
         world.frame(&mut self.frame);
         self.next.tick = world.tick();

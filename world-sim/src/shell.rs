@@ -9,6 +9,7 @@ use crate::pace::Pace;
 use crate::recorder::Recorder;
 use crate::{CheckpointError, Opening, World};
 use bus::blame::{Period, Watch};
+use bus::notes::NoteReaders;
 use bus::{
     Address, BusError, FramePublisher, Gate, Lease, Node, NoticeSender, OrderReceiver, Progress, RobotReader, Sizes,
     StatsWriter, Strips, WorldWriter, clock, gate, helm,
@@ -19,6 +20,7 @@ use protocol::daemon_to_world::Absence;
 use protocol::robot_to_world::Command;
 use protocol::world_to_daemon::{Notice, WorldEnd};
 use protocol::world_to_observer::{FrameBody, FrameHeader};
+use record::InputSource;
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
@@ -32,7 +34,7 @@ const FAREWELL_NS: u64 = 1_000_000_000;
 /// Name of the file in the run's root that holds the scenario.
 pub const SCENARIO_FILE: &str = "scenario";
 /// Name of the file in the run's root that holds the path of the record, if one is wanted.
-pub const RECORD_FILE: &str = "record";
+pub const RECORD_FILE: &str = bus::notes::RECORD_FILE;
 
 /// Why the world's process ended badly.
 #[derive(Debug, thiserror::Error)]
@@ -95,6 +97,9 @@ pub fn main(root: &Path, parent: u32, incarnation: u32) -> Result<(), ShellError
     };
     let mut shell = Shell::open(&address, &scenario, world, incarnation)?;
     shell.recorder = recorder(&address, &scenario)?;
+    if shell.recorder.is_some() {
+        shell.world.keep_inputs();
+    }
     if left_running && scenario.clock.mode == Mode::Realtime {
         let files = Checkpoints::open(&address, scenario.fleet.max_robots, shell.world.events());
         shell.checkpoints = Some(files.map_err(ShellError::CannotLeave)?);
@@ -129,6 +134,8 @@ struct Shell {
     commands: Vec<Option<Drive>>,
     bodies: Vec<FrameBody>,
     recorder: Option<Recorder>,
+    /// What agents note for it.
+    notes: NoteReaders,
     /// Where its state goes, if another world may go on from it.
     checkpoints: Option<Checkpoints>,
     /// How often the world's process was replaced.
@@ -170,6 +177,7 @@ impl Shell {
             commands: vec![None; slots],
             bodies: Vec::new(),
             recorder: None,
+            notes: NoteReaders::new(address),
             checkpoints: None,
             incarnation,
             blank: incarnation > 0,
@@ -278,6 +286,9 @@ impl Shell {
                 let (newest, gate) = (self.command_of(instance), &self.gate);
                 let command =
                     self.attendance.newest(&mut self.world, instance, newest, now_ns, &|instance| gate.signs(instance));
+                if let Some(command) = &command {
+                    self.world.commanded(instance, command.stamp_ns);
+                }
                 self.obey(instance, command, Some(now_ns));
             }
             self.close_tick(now_ns);
@@ -370,7 +381,12 @@ impl Shell {
             reader = RobotReader::open(&self.node, instance);
         }
         match reader {
-            Ok(reader) => self.robots[slot] = Some((instance, reader)),
+            Ok(reader) => {
+                self.robots[slot] = Some((instance, reader));
+                if self.recorder.is_some() {
+                    self.notes.open(instance);
+                }
+            }
             Err(error) if error.is_missing() => {}
             Err(error) => {
                 let (why, gate) = (format!("its commands cannot be read: {error}"), &self.gate);
@@ -410,7 +426,9 @@ impl Shell {
     /// Publishes the frame of the present tick, if anybody watches, and records it, if anybody wants that.
     fn show(&mut self, stamp_ns: u64) {
         if let Some(recorder) = &mut self.recorder {
-            recorder.frame(&self.world);
+            let tick = self.world.tick();
+            self.notes.drain(&mut |instance, note| recorder.input(tick, InputSource::Robot(instance), note));
+            recorder.frame(&mut self.world);
         }
         if self.frames.is_watched() {
             self.bodies.clear();

@@ -5,6 +5,7 @@ mod checkpoint;
 mod orders;
 mod outcome;
 mod solid;
+mod tape;
 mod tasks;
 mod timeline;
 mod views;
@@ -29,6 +30,7 @@ use model::{
 };
 use nalgebra::Point2;
 use protocol::daemon_to_world::{Absence, Order};
+use protocol::inputs::{WorldInput, WorldInputs};
 use protocol::world_to_robot::{Impairment, Piece};
 
 pub use checkpoint::{Checkpoint, CheckpointError};
@@ -94,6 +96,8 @@ pub struct World {
     ranges: Ranges,
     contacts: Contacts,
     journal: Journal,
+    /// What it was told since the recorder took it last, if the run is recorded.
+    tape: Option<WorldInputs>,
     hash: u64,
     /// Goals reached by robots that have left and whose slot another robot has now.
     goals_before: u64,
@@ -167,6 +171,7 @@ impl World {
             ranges: Ranges::default(),
             contacts: Contacts::new(),
             journal: Journal::default(),
+            tape: None,
             hash: 0,
             goals_before: 0,
             participants: Vec::new(),
@@ -232,6 +237,7 @@ impl World {
 
     /// Time stood still for the world's process: it goes on from now, and does not make up for it.
     pub fn stood_still(&mut self, lost_ms: u64) {
+        self.keep(|| WorldInput::StoodStill { lost_ms });
         self.journal.note(self.tick, None, EventKind::Gap { lost_ms });
     }
 
@@ -243,6 +249,7 @@ impl World {
 
     /// A robot that was held answers again: it takes part from the next opening on. One that was to be held then is not.
     pub fn back(&mut self, instance: RobotInstance) {
+        self.keep(|| WorldInput::Back(instance));
         let passed = |cause: &Absence| matches!(cause, Absence::Overdue | Absence::Stopped);
         self.orders.retain(
             |order| !matches!(order, Order::Absent { instance: who, cause } if *who == instance && passed(cause)),
@@ -255,7 +262,9 @@ impl World {
     /// The instances that must be ready before this tick may open, by slot: initial robots, and joins, restarts and resumes
     /// due now or earlier. A robot instance that has been reported absent is not among them any more.
     pub fn due(&mut self) -> &[RobotInstance] {
-        self.answer_daemon();
+        if self.answer_daemon() {
+            self.keep(|| WorldInput::Answered);
+        }
         let mut due = std::mem::take(&mut self.due);
         due.clear();
         let tick = self.tick;
@@ -298,6 +307,12 @@ impl World {
 
     fn enter(&mut self, ready: &mut dyn FnMut(RobotInstance) -> bool) {
         let tick = self.tick;
+        let mut were_ready = Vec::new();
+        let mut ready = |instance| {
+            let is_ready = ready(instance);
+            were_ready.extend((is_ready && self.tape.is_some()).then_some(instance));
+            is_ready
+        };
         self.entered.clear();
         for (slot, presence) in self.presences.iter_mut().enumerate() {
             let answers = presence.state == State::Held { answers: true };
@@ -311,6 +326,7 @@ impl World {
                 }
             }
         }
+        self.keep(|| WorldInput::Opened { ready: were_ready });
     }
 
     fn announce(&mut self) {
@@ -388,6 +404,7 @@ impl World {
     /// A robot says whether its method has a plan, and how much its filter has changed the command, in greatest speeds: to be
     /// called before the tick closes. That it gave up is an event.
     pub fn planned(&mut self, instance: RobotInstance, state: PlanState, filtered: f64) {
+        self.keep(|| WorldInput::Planned { instance, state, filtered });
         let slot = instance.index.at();
         if self.robots.get(slot).and_then(Option::as_ref).is_some_and(|robot| robot.filter != FilterKind::None) {
             self.filter.commands += 1;
@@ -408,10 +425,16 @@ impl World {
     /// obstacles and goals move, contacts are counted and goals judged. Afterwards [`tick`](World::tick) is one more.
     pub fn close(&mut self, commands: &mut dyn FnMut(RobotInstance) -> Option<Drive>) {
         assert!(self.is_open, "only an open tick can be closed");
+        let mut drives = Vec::new();
         for index in 0..self.participants.len() {
             let instance = self.participants[index];
-            self.obey(instance, commands(instance));
+            let drive = commands(instance);
+            if self.tape.is_some() {
+                drives.push(drive);
+            }
+            self.obey(instance, drive);
         }
+        self.keep(|| WorldInput::Closed { drives });
         self.tick += 1;
         let time_s = self.time_s();
         self.shapes.advance(time_s);

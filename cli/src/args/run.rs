@@ -152,6 +152,32 @@ pub struct PlotArgs {
     pub out: Option<PathBuf>,
 }
 
+/// `shoal replay`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal run demo-15 --record demo.mcap
+  shoal replay demo.mcap                     what happened in the run
+  shoal replay demo.mcap --verify            is it what the record says, to the bit?
+  shoal replay demo.mcap --against two.mcap  where do two runs part, and how far?
+
+Exit codes: 0 equal, 1 not equal, 2 not a record. A record that is cut off is
+compared as far as it goes.")]
+pub struct ReplayArgs {
+    /// A file written by `shoal run --record`
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Compute the run again from its recorded inputs, and name the first difference
+    #[arg(long, conflicts_with = "against")]
+    pub verify: bool,
+    /// Compare it with this record, tick by tick, robots by their names
+    #[arg(long, value_name = "FILE")]
+    pub against: Option<PathBuf>,
+    /// Output format
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
 /// `shoal reproduce`.
 #[derive(Debug, Args)]
 #[command(after_help = "\

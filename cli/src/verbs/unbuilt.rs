@@ -7,10 +7,7 @@ use std::ffi::OsString;
 use std::path::Path;
 
 /// Verbs that are still to come, and what does something like it today.
-const UNBUILT: &[(&str, &str)] = &[
-    ("top", "`shoal ps` shows a running fleet; `shoal run` shows its progress"),
-    ("replay", "`shoal run --mode lockstep` with the same seed drives the same trajectories"),
-];
+const UNBUILT: &[(&str, &str)] = &[("top", "`shoal ps` shows a running fleet; `shoal run` shows its progress")];
 
 /// Refuses what was said in place of a verb.
 pub fn refuse(words: &[OsString]) -> Failure {
@@ -74,7 +71,7 @@ mod tests {
             assert!(text.contains(&format!("error: {message}\n")) && text.contains(hint), "{text}");
         };
         let say = |word: &str| refuse(&[word.into(), "more".into(), "--words".into()]);
-        check(say("replay"), "`shoal replay` is not built yet", "`shoal run --mode lockstep`");
+        check(say("top"), "`shoal top` is not built yet", "`shoal ps`");
         check(say("valdiate"), "unknown verb `valdiate`", "did you mean `validate`?");
         check(say("ring.toml"), "unknown verb `ring.toml`", "`shoal run ring.toml`");
         check(say("demo-15"), "unknown verb `demo-15`", "`shoal run demo-15`");

@@ -389,6 +389,7 @@ pub(super) fn replies(coordinator: &mut Coordinator) -> Vec<(Ticket, String)> {
             Reply::Refused { problem, .. } => (ticket, problem),
             Reply::Failed { problem, .. } => (ticket, format!("failed: {problem}")),
             Reply::Unconfirmed { problem, .. } => (ticket, problem),
+            Reply::Pace(state) => (ticket, format!("tick {}, until {:?}", state.tick, state.until_tick)),
             Reply::Status(_) | Reply::Events(_) | Reply::Stopping => panic!("that is said at once"),
         })
         .collect()

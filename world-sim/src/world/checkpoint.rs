@@ -14,6 +14,7 @@ use model::kinematics::Pose;
 use model::{
     Event, EventKind, FilterCount, PlanState, Radio, Robot, RobotIndex, RobotInstance, Scenario, TaskId, TaskStep,
 };
+use protocol::inputs::WorldInput;
 use protocol::world_to_daemon::{Notice, Standings};
 use protocol::world_to_robot::NeighborRef;
 use serde::{Deserialize, Serialize};
@@ -174,6 +175,7 @@ impl World {
 
     /// This world goes on in place of another one, which had simulated `ticks` more, `away_ms` after its last tick.
     pub fn went_on(&mut self, ticks: u64, away_ms: u64) {
+        self.keep(|| WorldInput::WentOn { ticks, away_ms });
         self.journal.note(self.tick, None, EventKind::WorldRestarted { ticks, away_ms });
     }
 

@@ -5,6 +5,7 @@ use crate::arm;
 use crate::presence::State;
 use model::{EventKind, Fault, FaultSource, GoalSource, Mode, Robot, RobotIndex, RobotInstance};
 use protocol::daemon_to_world::{Absence, Order, Ticket};
+use protocol::inputs::WorldInput;
 use protocol::world_to_daemon::Notice;
 
 impl World {
@@ -12,6 +13,7 @@ impl World {
     /// [`finished`](World::finished) knows of at once, [`Order::Pace`], which [`opens`](World::opens) does, and [`Order::Resync`], which is answered between this tick and the
     /// next one with all that came before it: the daemon that asks may have to start the robot that the next tick waits for.
     pub fn order(&mut self, order: Order) {
+        self.keep(|| WorldInput::Order(order.clone()));
         match order {
             Order::Stop => self.stopped = true,
             Order::Pace { id, change } if self.clock.mode == Mode::Lockstep => {
@@ -29,11 +31,13 @@ impl World {
         }
     }
 
-    /// Answers a daemon that has asked how everything stands, unless a tick is open.
-    pub(super) fn answer_daemon(&mut self) {
-        if !self.is_open && self.orders.iter().any(|order| matches!(order, Order::Resync(_))) {
+    /// Answers a daemon that has asked how everything stands, unless a tick is open; whether one had.
+    pub(super) fn answer_daemon(&mut self) -> bool {
+        let has_asked = !self.is_open && self.orders.iter().any(|order| matches!(order, Order::Resync(_)));
+        if has_asked {
             self.apply_orders();
         }
+        has_asked
     }
 
     /// Answers changes of the pace that have come about.
@@ -47,6 +51,7 @@ impl World {
 
     /// The senders of orders that have not taken effect are told that the run is over.
     pub fn refuse_orders(&mut self) {
+        self.keep(|| WorldInput::Refused);
         self.opener.end();
         self.answer_pace();
         for order in std::mem::take(&mut self.orders) {
