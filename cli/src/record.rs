@@ -39,7 +39,17 @@ impl RecordPlace {
     /// # Errors
     /// With exit code 3, when it could not be written.
     pub fn finish(&self, recorder: Recorder, outcome: &Outcome) -> Result<(), Failure> {
-        recorder.finish(outcome).map_err(|error| self.failed(&error))
+        // Here the run waits for the disk: nothing is left out.
+        recorder.finish(outcome).map(drop).map_err(|error| self.failed(&error))
+    }
+
+    /// What a record lacks that is there.
+    pub fn incomplete(&self, left_out: u64, ticks: u64) -> Failure {
+        let (shown, frames) = (self.0.display(), ticks + 1);
+        Failure::environment(format!(
+            "record `{shown}`: {left_out} of {frames} frames are left out: the disk did not keep up"
+        ))
+        .hint("the run was not held up by it; record to a faster disk, or run in `lockstep`, which waits for the disk")
     }
 
     /// Why there is no record after all.
@@ -81,14 +91,14 @@ pub fn refused(path: &Path, error: &RecordError) -> Failure {
 pub fn tell_gaps(path: &Path, record: &Record) {
     let shown = path.display();
     if let Some(cut) = record.cut() {
-        crate::talk::lines(&format!("warning: record `{shown}`: {cut}; what comes before is used"));
+        crate::out::talk(&format!("warning: record `{shown}`: {cut}; what comes before is used"));
     }
     match record.left_out() {
         0 => {}
-        1 => crate::talk::lines(&format!(
+        1 => crate::out::talk(&format!(
             "warning: record `{shown}`: 1 frame was left out, because the disk did not keep up"
         )),
-        n => crate::talk::lines(&format!(
+        n => crate::out::talk(&format!(
             "warning: record `{shown}`: {n} frames were left out, because the disk did not keep up"
         )),
     }
