@@ -39,17 +39,27 @@ impl RecordPlace {
     /// # Errors
     /// With exit code 3, when it could not be written.
     pub fn finish(&self, recorder: Recorder, outcome: &Outcome) -> Result<(), Failure> {
-        // Here the run waits for the disk: nothing is left out.
-        recorder.finish(outcome).map(drop).map_err(|error| self.failed(&error))
+        recorder.finish(outcome).map_err(|error| self.failed(&error))
     }
 
-    /// What a record lacks that is there.
-    pub fn incomplete(&self, left_out: u64, ticks: u64) -> Failure {
-        let (shown, frames) = (self.0.display(), ticks + 1);
-        Failure::environment(format!(
-            "record `{shown}`: {left_out} of {frames} frames are left out: the disk did not keep up"
-        ))
-        .hint("the run was not held up by it; record to a faster disk, or run in `lockstep`, which waits for the disk")
+    /// Looks whether the record of a run that has ended is there, and all of it.
+    ///
+    /// # Errors
+    /// With exit code 3, when it is not, or when frames are left out.
+    pub fn check(&self) -> Result<(), Failure> {
+        let record = Record::open(&self.0).map_err(|error| self.failed(&error))?;
+        if let Some(cut) = record.cut() {
+            return Err(self.failed(&cut));
+        }
+        match record.left_out() {
+            0 => Ok(()),
+            n => {
+                let (shown, s) = (self.0.display(), if n == 1 { "" } else { "s" });
+                let problem = format!("record `{shown}`: the disk did not keep up, and {n} frame{s} had to be left out");
+                Err(Failure::environment(problem)
+                    .hint("the run was not held up; record to a faster disk, or in lockstep, which waits for the disk"))
+            }
+        }
     }
 
     /// Why there is no record after all.

@@ -111,8 +111,6 @@ pub struct WorldEnd {
     pub outcome: Outcome,
     /// Why there is no record, if one was wanted and there is none.
     pub record_failed: Option<String>,
-    /// Frames that the record lacks, because the disk did not keep up.
-    pub record_left_out: u64,
     /// The scenario was over, or the daemon had ordered the end; `false`: the gate was stopped before.
     pub finished: bool,
 }

@@ -113,7 +113,7 @@ mod tests {
         let event =
             |tick: usize| Event { tick: tick as u64, robot: None, kind: EventKind::Deaf { why: "x".repeat(40) } };
         let outcome = Outcome { ticks: 7, events: (0..events).map(event).collect(), ..Outcome::default() };
-        WorldEnd { outcome, record_failed: None, record_left_out: 0, finished: true }
+        WorldEnd { outcome, record_failed: None, finished: true }
     }
 
     #[test]

@@ -84,14 +84,12 @@ impl Recorder {
         }
     }
 
-    /// Ends the record with what the run came to. How many frames are left out, because the disk did not keep up.
+    /// Ends the record with what the run came to. What was left out, because the disk did not keep up, is told in it.
     ///
     /// # Errors
     /// With the first thing that went wrong. What was written before can be read.
-    pub fn finish(self, outcome: &Outcome) -> io::Result<u64> {
-        let left_out = self.sink.left_out();
-        self.sink.finish(Ending { outcome: outcome.clone() })?;
-        Ok(left_out)
+    pub fn finish(self, outcome: &Outcome) -> io::Result<()> {
+        self.sink.finish(Ending { outcome: outcome.clone() })
     }
 }
 

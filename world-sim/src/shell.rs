@@ -516,12 +516,8 @@ impl Shell {
         self.take_leave();
         let outcome = self.world.outcome();
         let recorded = self.recorder.take().map(|recorder| recorder.finish(&outcome));
-        let (record_failed, record_left_out) = match recorded {
-            Some(Err(error)) => (Some(error.to_string()), 0),
-            Some(Ok(left_out)) => (None, left_out),
-            None => (None, 0),
-        };
-        WorldEnd { outcome, record_failed, record_left_out, finished: self.world.finished() }
+        let record_failed = recorded.and_then(Result::err).map(|error| error.to_string());
+        WorldEnd { outcome, record_failed, finished: self.world.finished() }
     }
 }
 

@@ -36,8 +36,6 @@ pub struct Finished {
     pub interrupted: bool,
     /// Why there is no record, if one was wanted and there is none.
     pub record_failed: Option<String>,
-    /// Frames that the record lacks, because the disk did not keep up.
-    pub record_left_out: u64,
     /// What went wrong around the run and did not cost its result: it was cut short, or something of it is missing.
     pub failures: Vec<Error>,
 }
@@ -92,7 +90,6 @@ impl Supervisor {
             shm_bytes,
             interrupted: self.coordinator.interrupted(),
             record_failed: end.record_failed,
-            record_left_out: end.record_left_out,
             failures,
         })
     }
