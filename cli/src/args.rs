@@ -41,7 +41,7 @@ Examples:
   shoal run                            the demo: 15 robots, each a process
   shoal run demo-15 --mode lockstep    the same, reproducible and faster
   shoal run my.toml --report out.json  a scenario of your own, a report to keep
-  shoal run ring-15 --record ring.rec  and then `shoal plot ring.rec` draws it
+  shoal run ring-15 --record r.mcap    and then `shoal plot r.mcap` draws it
   shoal planners                       the planners that a robot can use
   shoal reproduce                      compare the planners with their papers
   shoal sweep ring-15 --planner apf    many seeds, and planners, in one table
@@ -69,6 +69,8 @@ pub enum Verb {
     Plot(PlotArgs),
     /// Show a recorded run, compute it again and compare, or compare two
     Replay(ReplayArgs),
+    /// Convert a recorded run to ROS 2, CSV or JSON lines
+    Export(ExportArgs),
     /// Compare the planners with the results in their papers
     Reproduce(ReproduceArgs),
     /// Compare planners over scenarios, seeds and values of keys

@@ -153,6 +153,19 @@ impl OutFile {
         written.map_err(|error| self.failure(&error))
     }
 
+    /// Writes content that comes piece by piece, whole or not at all.
+    ///
+    /// # Errors
+    /// With exit code 3, when it cannot be written; what was there before stays.
+    pub fn stream(&self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
+        let written = if self.replace {
+            WholeFile::begin(&self.target).and_then(|mut file| write(&mut file).and_then(|()| file.finish()))
+        } else {
+            OpenOptions::new().write(true).open(&self.target).and_then(|mut file| write(&mut file))
+        };
+        written.map_err(|error| self.failure(&error))
+    }
+
     /// Why it cannot be written after all.
     fn failure(&self, error: &io::Error) -> Failure {
         let folder = folder_of(&self.target);
@@ -173,7 +186,7 @@ impl OutFile {
 
     fn example(&self) -> &'static str {
         match self.what {
-            "record" => "out.rec",
+            "record" | "export" => "out.mcap",
             "picture" => "out.svg",
             _ => "out.json",
         }
@@ -206,7 +219,7 @@ mod tests {
     use crate::exit;
     use std::os::unix::fs::symlink;
 
-    /// In a directory with `scenario.toml`, `record.rec` and links of all kinds to them.
+    /// In a directory with `scenario.toml`, `record.mcap` and links of all kinds to them.
     fn check(read: &[&str], written: &[&str], refused: Option<&str>) {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
@@ -274,7 +287,7 @@ mod tests {
     fn a_picture_is_called_svg() {
         let folder = tempfile::tempdir().unwrap();
         let prepare = |name: &str| Files::new().write("picture", "--out", &folder.path().join(name));
-        for name in ["a.png", "a.rec", "a.svg.gz"] {
+        for name in ["a.png", "a.mcap", "a.svg.gz"] {
             let failure = prepare(name).unwrap_err();
             assert!(failure.code == exit::USAGE && failure.to_string().contains(".svg`"), "{failure}");
         }

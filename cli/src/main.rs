@@ -60,6 +60,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Logs(options) => done(verbs::logs::run(options)),
         Verb::Plot(options) => done(verbs::plot::plot(options)),
         Verb::Replay(options) => verbs::replay::run(options),
+        Verb::Export(options) => done(verbs::export::export(options, &mut |_, _| {})),
         Verb::Reproduce(options) => verbs::reproduce::run(options),
         Verb::Bench(verb) => verbs::bench::run(verb),
         Verb::Validate(options) => verbs::validate::run(options),

@@ -42,6 +42,27 @@ impl RecordPlace {
         recorder.finish(outcome).map_err(|error| self.failed(&error))
     }
 
+    /// Looks whether the record of a run that has ended is there, and all of it.
+    ///
+    /// # Errors
+    /// With exit code 3, when it is not, or when frames are left out.
+    pub fn check(&self) -> Result<(), Failure> {
+        let record = Record::open(&self.0).map_err(|error| self.failed(&error))?;
+        if let Some(cut) = record.cut() {
+            return Err(self.failed(&cut));
+        }
+        match record.left_out() {
+            0 => Ok(()),
+            n => {
+                let (shown, s) = (self.0.display(), if n == 1 { "" } else { "s" });
+                let problem =
+                    format!("record `{shown}`: the disk did not keep up, and {n} frame{s} had to be left out");
+                Err(Failure::environment(problem)
+                    .hint("the run was not held up; record to a faster disk, or in lockstep, which waits for the disk"))
+            }
+        }
+    }
+
     /// Why there is no record after all.
     pub fn failed(&self, cause: &dyn std::fmt::Display) -> Failure {
         Failure::environment(format!("record `{}`: cannot write: {cause}", self.0.display()))
@@ -81,14 +102,14 @@ pub fn refused(path: &Path, error: &RecordError) -> Failure {
 pub fn tell_gaps(path: &Path, record: &Record) {
     let shown = path.display();
     if let Some(cut) = record.cut() {
-        crate::talk::lines(&format!("warning: record `{shown}`: {cut}; what comes before is used"));
+        crate::out::talk(&format!("warning: record `{shown}`: {cut}; what comes before is used"));
     }
     match record.left_out() {
         0 => {}
-        1 => crate::talk::lines(&format!(
+        1 => crate::out::talk(&format!(
             "warning: record `{shown}`: 1 frame was left out, because the disk did not keep up"
         )),
-        n => crate::talk::lines(&format!(
+        n => crate::out::talk(&format!(
             "warning: record `{shown}`: {n} frames were left out, because the disk did not keep up"
         )),
     }

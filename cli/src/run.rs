@@ -158,9 +158,11 @@ fn as_processes(
     let finished = finished?;
     let failed = record.zip(finished.record_failed.as_ref()).map(|(place, cause)| place.failed(cause));
     let recorded = failed.map_or(Ok(()), Err);
+    // A record that lacks frames is one all the same.
+    let checked = record.filter(|_| recorded.is_ok()).map_or(Ok(()), RecordPlace::check);
     let mut failures: Vec<Failure> = finished.failures.iter().cloned().map(Failure::from).collect();
     let facts = RunFacts { record: kept(record, &recorded), ..facts_of(finished) };
-    failures.extend(recorded.err());
+    failures.extend([recorded, checked].into_iter().filter_map(Result::err));
     Ok((facts, failures))
 }
 

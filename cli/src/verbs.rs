@@ -5,6 +5,7 @@ pub mod bench;
 pub mod clean;
 pub mod doctor;
 pub mod down;
+pub mod export;
 pub mod fleet;
 pub mod inject;
 pub mod internal;

@@ -175,6 +175,15 @@ pub(crate) enum Entry<'a> {
 
 /// Goes through a chunk whose checksum fits, given with its head; `None` for what is not one.
 pub(crate) fn chunk(bytes: &[u8], mut see: impl FnMut(Entry) -> Option<()>) -> Option<()> {
+    chunk_records(bytes, |opcode, data| match parse_record(opcode, data).ok()? {
+        Record::Channel(channel) => see(Entry::Channel(channel.id, &channel.topic)),
+        Record::Message { header, data } => see(Entry::Message(header.channel_id, &data)),
+        _ => Some(()),
+    })
+}
+
+/// Unpacks a chunk and goes through its records: opcode and content.
+fn chunk_records(bytes: &[u8], mut see: impl FnMut(u8, &[u8]) -> Option<()>) -> Option<()> {
     let Record::Chunk { header, .. } = parse_record(op::CHUNK, bytes.get(HEAD..)?).ok()? else { return None };
     let packed = header.compression == "lz4";
     let room = if packed { LZ4_RATIO_MAX.saturating_mul(header.compressed_size) } else { header.compressed_size };
@@ -191,19 +200,48 @@ pub(crate) fn chunk(bytes: &[u8], mut see: impl FnMut(Entry) -> Option<()>) -> O
     let mut rest = bytes;
     while let Some(event) = reader.next_event() {
         match event.ok()? {
-            LinearReadEvent::ReadRequest(0) => return None,
+            // At the end of the chunk it asks for what would follow.
             LinearReadEvent::ReadRequest(wanted) => {
                 let (next, after) = rest.split_at(wanted.min(rest.len()));
                 reader.insert(next.len()).copy_from_slice(next);
                 reader.notify_read(next.len());
                 rest = after;
             }
-            LinearReadEvent::Record { data, opcode } => match parse_record(opcode, data).ok()? {
-                Record::Channel(channel) => see(Entry::Channel(channel.id, &channel.topic))?,
-                Record::Message { header, data } => see(Entry::Message(header.channel_id, &data))?,
-                _ => {}
-            },
+            LinearReadEvent::Record { data, opcode } => see(opcode, data)?,
         }
     }
     Some(())
+}
+
+/// The same file with chunks that are not packed, and without checksums: for tests that change bytes and have them read.
+#[doc(hidden)]
+pub fn unpacked(file: &[u8]) -> Option<Vec<u8>> {
+    let (mut out, mut rest) = (MAGIC.to_vec(), file.strip_prefix(MAGIC)?);
+    let put = |out: &mut Vec<u8>, kind: u8, content: &[u8]| {
+        out.push(kind);
+        out.extend_from_slice(&(content.len() as u64).to_le_bytes());
+        out.extend_from_slice(content);
+    };
+    while rest.len() > MAGIC.len() {
+        let (kind, length) = head(rest.first_chunk()?);
+        let (record, after) = rest.split_at_checked(HEAD + usize::try_from(length).ok()?)?;
+        match kind {
+            op::CHUNK => {
+                let mut records = Vec::new();
+                chunk_records(record, |opcode, data| Some(put(&mut records, opcode, data)))?;
+                let length = (records.len() as u64).to_le_bytes();
+                // First and last time, length, no checksum, no compression, length.
+                let head = [&record[HEAD..HEAD + 16], &length, &[0; 8], &length];
+                put(&mut out, kind, &[&head.concat(), records.as_slice()].concat());
+            }
+            op::ATTACHMENT => {
+                let content = &record[HEAD..record.len().checked_sub(4)?];
+                put(&mut out, kind, &[content, &[0; 4]].concat());
+            }
+            _ => out.extend_from_slice(record),
+        }
+        rest = after;
+    }
+    out.extend_from_slice(rest);
+    Some(out)
 }

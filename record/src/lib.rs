@@ -33,6 +33,8 @@ mod tests;
 mod wire;
 mod writer;
 
+#[doc(hidden)]
+pub use container::unpacked;
 pub use error::RecordError;
 pub use export::{ExportError, ExportFormat, export};
 pub use frame::Body;

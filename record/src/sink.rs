@@ -10,6 +10,7 @@ use crate::writer::{Gap, RecordWriter};
 use model::{Mode, Scenario};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
@@ -62,7 +63,7 @@ impl Sink {
         let depth = ((QUEUE_S * scenario.clock.tick_hz) as usize).min(room);
         let depth = depth.clamp(*QUEUE_MOMENTS.start(), *QUEUE_MOMENTS.end());
         let waits = (scenario.clock.mode != Mode::Realtime).then_some(PATIENCE);
-        Sink::start(begin_file(target, scenario)?, depth, waits, |file: File| file.sync_all())
+        Sink::start(begin_file(target, scenario)?, depth, waits, keep)
     }
 
     /// Begins the thread. The queue has room for `depth` moments; a full one is waited for, so long.
@@ -199,6 +200,15 @@ fn write<W: Write>(
             }
             chunk_ended = now();
         }
+    }
+}
+
+/// Sees to it that what was written stays.
+fn keep(file: File) -> io::Result<()> {
+    file.sync_all()?;
+    match file.metadata()?.nlink() {
+        0 => Err(io::Error::new(io::ErrorKind::NotFound, "the file was removed while it was written")),
+        _ => Ok(()),
     }
 }
 

@@ -23,24 +23,27 @@ fn no_output_replaces_an_input_or_another_output() {
     std::fs::set_permissions(here.path().join("agent"), PermissionsExt::from_mode(0o755)).expect("its mode");
     std::fs::hard_link(here.path().join("my.toml"), here.path().join("hard")).expect("a link");
     symlink("my.toml", here.path().join("soft")).expect("a link");
-    symlink("new.rec", here.path().join("to-new")).expect("a link");
-    assert_eq!(here.shoal("run my.toml --mode single --record run.rec --report run.json").code, Some(0));
-    std::fs::hard_link(here.path().join("run.rec"), here.path().join("rec.svg")).expect("a link");
+    symlink("new.mcap", here.path().join("to-new")).expect("a link");
+    assert_eq!(here.shoal("run my.toml --mode single --record run.mcap --report run.json").code, Some(0));
+    std::fs::hard_link(here.path().join("run.mcap"), here.path().join("rec.svg")).expect("a link");
     let kept = ["my.toml", "agent", "run.json"].map(|name| text(&here, name));
-    let record = std::fs::read(here.path().join("run.rec")).expect("the record");
+    let record = std::fs::read(here.path().join("run.mcap")).expect("the record");
     for (line, names) in [
         ("run my.toml --mode single --report my.toml", ["report `my.toml`", "the scenario", "--report"]),
         ("run my.toml --mode single --record hard", ["record `hard`", "the scenario", "--record"]),
         ("run my.toml --mode lockstep --record soft", ["record `soft`", "the scenario", "--record"]),
         ("run own.toml --mode lockstep --report agent", ["report `agent`", "the agent of robot `a`", "--report"]),
         ("run my.toml --mode single --report x --record ./x", ["record `./x`", "the report", "--record"]),
-        ("run my.toml --mode single --report to-new --record new.rec", ["record `new.rec`", "the report", "--record"]),
+        (
+            "run my.toml --mode single --report to-new --record new.mcap",
+            ["record `new.mcap`", "the report", "--record"],
+        ),
         ("run my.toml --mode single --record -", ["record `-`", "standard output", "`./-`"]),
-        ("plot run.rec --out run.rec", ["picture `run.rec`", "SVG", "run.svg"]),
-        ("plot run.rec --out rec.svg", ["picture `rec.svg`", "what is drawn", "--out"]),
+        ("plot run.mcap --out run.mcap", ["picture `run.mcap`", "SVG", "run.svg"]),
+        ("plot run.mcap --out rec.svg", ["picture `rec.svg`", "what is drawn", "--out"]),
         ("plot run.json --out rec.svg", ["picture `rec.svg`", "the record", "--out"]),
         ("plot rec.svg", ["picture `rec.svg`", "what is drawn", "--out"]),
-        ("plot run.rec --out run.png", ["picture `run.png`", "SVG", "run.svg"]),
+        ("plot run.mcap --out run.png", ["picture `run.png`", "SVG", "run.svg"]),
         ("plot -", ["record `-`", "files", "`./-`"]),
         ("reproduce rpoa --runs 0 --out -", ["figures `-`", "directory", "`./-`"]),
     ] {
@@ -50,7 +53,7 @@ fn no_output_replaces_an_input_or_another_output() {
         names.iter().for_each(|name| assert!(ended.stderr.contains(name), "{line}: `{name}` is not in {ended}"));
     }
     assert_eq!(kept, ["my.toml", "agent", "run.json"].map(|name| text(&here, name)));
-    assert_eq!(record, std::fs::read(here.path().join("run.rec")).expect("the record"));
+    assert_eq!(record, std::fs::read(here.path().join("run.mcap")).expect("the record"));
     let made = here.path().read_dir().expect("a directory").count();
     assert_eq!(made, 9, "nothing was made");
     // Standard output may be a file as well.
@@ -91,7 +94,7 @@ fn a_report_that_cannot_be_written_is_printed_and_one_that_cannot_be_printed_is_
     let ended = here.shoal("run head-on --mode single --report /dev/full");
     check_printed(&ended, 3, &["report `/dev/full`: cannot write", "hint: make room"]);
     let full = File::options().write(true).open("/dev/full").expect("a full disk");
-    let ended = here.run("run head-on --mode single --report out.json --record out.rec").stdout(full).end();
+    let ended = here.run("run head-on --mode single --report out.json --record out.mcap").stdout(full).end();
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(ended.stderr.contains("standard output: cannot write"), "{ended}");
     let report: Value = serde_json::from_str(&text(&here, "out.json")).expect("JSON");
@@ -104,7 +107,7 @@ fn a_directory_that_is_removed_during_the_run_costs_only_the_files_in_it() {
     let _place = Place::take();
     let here = Here::new();
     std::fs::create_dir(here.path().join("sub")).expect("a directory");
-    let line = "run head-on --mode realtime --set clock.stop=\"duration\" --duration 1h --report sub/out.json --record sub/out.rec";
+    let line = "run head-on --mode realtime --set clock.stop=\"duration\" --duration 1h --report sub/out.json --record sub/out.mcap";
     let running = here.run(line).start();
     wait_for("the fleet", || {
         let ended = Run::new(SHOAL).words("ps --format json").end();

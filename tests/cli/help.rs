@@ -24,6 +24,7 @@ texts! {
     of_up: "up --help",
     of_down: "down --help",
     of_plot: "plot --help",
+    of_export: "export --help",
     of_reproduce: "reproduce --help",
     of_bench: "bench --help",
     of_bench_planners: "bench planners --help",
@@ -67,7 +68,7 @@ fn no_verb_is_forgotten() {
     let command = shoal::args::Cli::command();
     let verbs: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
-    let known = "run up down plot reproduce sweep stress bench validate schema planners doctor clean ps logs latency metrics pause resume step add remove restart task inject";
+    let known = "run up down plot replay export reproduce sweep stress bench validate schema planners doctor clean ps logs latency view metrics pause resume step add remove restart task inject";
     assert_eq!(verbs.join(" "), known);
 }
 

@@ -25,9 +25,9 @@ fn text(path: &Path) -> String {
 fn a_recorded_run_can_be_drawn() {
     let here = Here::new();
     for name in shoal_tests::catalog_names() {
-        let ended = here.shoal(&format!("run {name} --mode single --record run.rec --report run.json --duration 3s"));
+        let ended = here.shoal(&format!("run {name} --mode single --record run.mcap --report run.json --duration 3s"));
         assert!(matches!(ended.code, Some(0 | 1 | 4)), "{ended}");
-        let ended = here.shoal("plot run.rec");
+        let ended = here.shoal("plot run.mcap");
         assert_eq!((ended.code, ended.stdout.as_str()), (Some(0), "run.svg\n"), "{ended}");
         let picture = text(&here.path().join("run.svg"));
         check_picture(&picture);
@@ -38,10 +38,10 @@ fn a_recorded_run_can_be_drawn() {
             assert!(picture.contains(&format!("\n{id}\n")), "{name}: no {id}");
         }
         // The report leads to its record, and standard output takes the same picture.
-        for line in ["plot run.json --out -", "plot run.rec --out -"] {
+        for line in ["plot run.json --out -", "plot run.mcap --out -"] {
             assert_eq!(here.shoal(line).stdout, picture, "{name}: {line}");
         }
-        let ended = here.shoal("plot run.rec --out other.svg");
+        let ended = here.shoal("plot run.mcap --out other.svg");
         assert_eq!((ended.code, text(&here.path().join("other.svg")) == picture), (Some(0), true), "{ended}");
     }
 }
@@ -49,11 +49,11 @@ fn a_recorded_run_can_be_drawn() {
 #[test]
 fn contacts_are_in_the_picture() {
     let here = Here::new();
-    here.shoal("run head-on --mode single --planner straight --record run.rec");
-    let picture = here.shoal("plot run.rec --out -").stdout;
+    here.shoal("run head-on --mode single --planner straight --record run.mcap");
+    let picture = here.shoal("plot run.mcap --out -").stdout;
     assert!(picture.contains("1 contact ") && picture.contains("\ncontact\n"), "{picture}");
-    here.shoal("run head-on --mode single --record run.rec");
-    let picture = here.shoal("plot run.rec --out -").stdout;
+    here.shoal("run head-on --mode single --record run.mcap");
+    let picture = here.shoal("plot run.mcap --out -").stdout;
     assert!(picture.contains("no contact") && !picture.contains("\ncontact\n"), "{picture}");
 }
 
@@ -61,18 +61,22 @@ fn contacts_are_in_the_picture() {
 #[test]
 fn what_cannot_be_drawn_is_refused() {
     let here = Here::new();
-    here.shoal("run head-on --mode single --record whole.rec --report whole.json");
+    here.shoal("run head-on --mode single --record whole.mcap --report whole.json");
     here.shoal("run head-on --mode single --report alone.json");
-    let whole = std::fs::read(here.path().join("whole.rec")).expect("the record");
-    here.file("half.rec", &whole[..whole.len() / 2]);
-    here.file("foreign.rec", b"\x7fELF and so on");
-    here.file("empty.rec", b"");
+    let whole = std::fs::read(here.path().join("whole.mcap")).expect("the record");
+    here.file("begun.mcap", &whole[..1000]);
+    here.file("foreign.mcap", b"\x7fELF and so on");
+    here.file("empty.mcap", b"");
+    let at = |part: &[u8]| whole.windows(part.len()).position(|window| window == part).expect("it is there");
+    // In the middle of the last chunk: its message index is right before the outcome.
     let mut changed = whole.clone();
-    changed[whole.len() / 2] ^= 1;
-    here.file("changed.rec", &changed);
-    changed = whole;
-    changed[8] += 1;
-    here.file("newer.rec", &changed);
+    let outcome = at(b"outcome.bin");
+    changed[outcome - 4000] ^= 1;
+    here.file("changed.mcap", &changed);
+    let mut changed = whole.clone();
+    changed[at(b"\x06\0\0\0format\x01\0\0\0") + 14] = b'9';
+    here.file("newer.mcap", &changed);
+    here.file("older.mcap", b"SHOALREC\x08\0\0\0and so on");
     here.file("my.toml", "[[robot]]\nid = \"a\"\nstart_m = [0, 0]\ngoal_m = [5, 0]\n");
     let mut all = String::new();
     let check = |all: &mut String, file: &str, names: &[&str]| {
@@ -82,24 +86,24 @@ fn what_cannot_be_drawn_is_refused() {
         names.iter().for_each(|name| assert!(ended.stderr.contains(name), "`{name}` is not in {ended}"));
         all.push_str(&format!("$ shoal plot {file}\n{}\n", ended.stderr));
     };
-    check(&mut all, "half.rec", &["half.rec", "cut off"]);
-    check(&mut all, "foreign.rec", &["foreign.rec", "not a record", "--record"]);
-    check(&mut all, "empty.rec", &["not a record"]);
-    check(&mut all, "changed.rec", &["damaged"]);
-    let version = protocol::record::VERSION;
-    let versions = [format!("version {}", version + 1), format!("reads version {version}")];
-    check(&mut all, "newer.rec", &versions.each_ref().map(String::as_str));
-    check(&mut all, "nothing.rec", &["nothing.rec", "No such file"]);
+    check(&mut all, "begun.mcap", &["begun.mcap", "cut off"]);
+    check(&mut all, "foreign.mcap", &["foreign.mcap", "not a record", "--record"]);
+    check(&mut all, "empty.mcap", &["not a record"]);
+    check(&mut all, "changed.mcap", &["damaged"]);
+    let reads = format!("reads version {}", record::FORMAT);
+    check(&mut all, "newer.mcap", &["version 9", &reads]);
+    check(&mut all, "older.mcap", &["older shoal", "record the run again"]);
+    check(&mut all, "nothing.mcap", &["nothing.mcap", "No such file"]);
     check(&mut all, "alone.json", &["not recorded", "--record"]);
     check(&mut all, "my.toml", &["not a record", "shoal run my.toml --record"]);
     check(&mut all, "head-on", &["shoal run head-on --record"]);
     // The report remains, its record is now another one's.
-    here.shoal("run head-on --mode single --planner straight --record whole.rec");
+    here.shoal("run head-on --mode single --planner straight --record whole.mcap");
     let ended = here.shoal("plot whole.json");
     assert_eq!(ended.code, Some(2), "{ended}");
     assert!(ended.stderr.contains("another run"), "{ended}");
     insta::assert_snapshot!(all);
-    let ended = here.shoal("plot whole.rec --out no/such/folder.svg");
+    let ended = here.shoal("plot whole.mcap --out no/such/folder.svg");
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(ended.stderr.contains("picture `no/such/folder.svg`") && ended.stderr.contains("mkdir -p"), "{ended}");
 }
@@ -108,7 +112,7 @@ fn what_cannot_be_drawn_is_refused() {
 fn records_without_a_place() {
     let here = Here::new();
     let mut all = String::new();
-    for place in ["nowhere/out.rec", ".", "/dev/null"] {
+    for place in ["nowhere/out.mcap", ".", "/dev/null"] {
         let ended = here.shoal(&format!("run head-on --mode single --record {place}"));
         assert_eq!((ended.code, ended.stdout.as_str()), (Some(3), ""), "{ended}");
         all += &ended.stderr;

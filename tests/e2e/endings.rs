@@ -171,7 +171,7 @@ fn a_record_that_fails_is_in_the_report() {
     let dir = tempfile::TempDir::new().unwrap();
     let folder = dir.path().join("folder");
     std::fs::create_dir(&folder).unwrap();
-    let mut fleet = Run::scenario(&lanes(3, 5.0)).mode("realtime").arg("--record").arg(folder.join("out.rec")).start();
+    let mut fleet = Run::scenario(&lanes(3, 5.0)).mode("realtime").arg("--record").arg(folder.join("out.mcap")).start();
     fleet.wait_tick(3);
     std::fs::remove_dir_all(&folder).unwrap();
     signal(fleet.daemon(), Signal::INT);

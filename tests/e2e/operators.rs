@@ -5,7 +5,7 @@ use bus::{Node, OrderSender};
 use model::{RobotIndex, RobotInstance};
 use protocol::daemon_to_world::{Absence, Order};
 use protocol::operator_to_daemon::PROTOCOL_VERSION;
-use protocol::record::Record;
+use record::Record;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 use std::io::{Read, Write};
@@ -116,7 +116,7 @@ fn operators_see_a_fleet_add_to_it_and_send_it_on() {
 fn a_heading_that_is_sent_with_a_goal_is_the_heading_there() {
     let scenario = format!("{}\n[clock]\nstop = \"duration\"\nduration_s = 36000\n", lanes(1, 1.0));
     let directory = TempDir::with_prefix("shoal-e2e-").unwrap();
-    let record = directory.path().join("headings.rec");
+    let record = directory.path().join("headings.mcap");
     let run = Run::scenario(&scenario).mode("realtime").set("world.y_m=[-4, 8]").set("fleet.command_timeout_s=30");
     let mut fleet = run.set("defaults.kind=\"unicycle\"").arg("--record").arg(&record).start();
     let (root, id) = (fleet.root(), fleet.id());
@@ -140,11 +140,11 @@ fn a_heading_that_is_sent_with_a_goal_is_the_heading_there() {
     let said = format!("task {}: (0, 0, 2 rad), queued", task["task"]);
     assert_eq!(ended.event("task", "a")["detail"], said, "{ended}");
 
-    let record = Record::read(std::fs::read(&record).unwrap()).unwrap();
+    let record = Record::open(&record).unwrap();
     let (mut frames, mut first, mut last) = (record.frames(), Vec::new(), Vec::new());
-    while let Some((_, bodies)) = frames.next() {
-        first.extend(bodies.iter().find(|body| first.is_empty() && body.index == 1).copied());
-        last = bodies.to_vec();
+    while let Some(frame) = frames.next().unwrap() {
+        first.extend(frame.bodies.iter().find(|body| first.is_empty() && body.index == 1).copied());
+        last = frame.bodies.to_vec();
     }
     // Within what a heading may be off, 0.1 rad.
     assert!((first[0].yaw_rad - 1.0).abs() < 0.1, "{first:?}");

@@ -29,7 +29,7 @@ fn assert_both_files(ended: &Ended, dir: &Path) {
     assert_eq!((ended.code, &ended.report["interrupted"]), (Some(130), &true.into()), "{ended}");
     let report = std::fs::read_to_string(dir.join("out.json")).unwrap_or_else(|error| panic!("{error}\n{ended}"));
     assert!(report.contains("\"interrupted\": true"), "{report}");
-    assert!(std::fs::metadata(dir.join("out.rec")).is_ok_and(|meta| meta.len() > 0), "{ended}");
+    assert!(std::fs::metadata(dir.join("out.mcap")).is_ok_and(|meta| meta.len() > 0), "{ended}");
     let gone = ended.report["events"].as_array().unwrap().iter().any(|event| event["kind"] == "died");
     assert!(!gone, "{ended}");
 }
@@ -43,7 +43,10 @@ fn every_process_is_asked_to_end_at_once() {
             for tick in [Some(3), None] {
                 let dir = TempDir::new().unwrap();
                 let files = |run: Run| {
-                    run.arg("--report").arg(dir.path().join("out.json")).arg("--record").arg(dir.path().join("out.rec"))
+                    run.arg("--report")
+                        .arg(dir.path().join("out.json"))
+                        .arg("--record")
+                        .arg(dir.path().join("out.mcap"))
                 };
                 let mut fleet = files(endless().mode(mode).set(&format!("robot[2].agent={own:?}"))).start();
                 let root = fleet.root();

@@ -2,22 +2,20 @@
 
 use crate::support::{SHOAL, report_of, shoal};
 use model::{Mode, RobotIndex};
-use protocol::record::{Body, Record};
+use record::{Body, Record};
 use rustix::process::Signal;
 use shoal_tests::process::{Place, Run, wait_for};
 use std::path::Path;
 
 fn read(path: &Path) -> Record {
-    #[expect(clippy::disallowed_methods, reason = "the test reads what the run recorded")]
-    let bytes = std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    Record::read(bytes).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    Record::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 fn frames(record: &Record) -> Vec<(u64, Vec<Body>)> {
     let mut all = Vec::new();
     let mut frames = record.frames();
-    while let Some((tick, bodies)) = frames.next() {
-        all.push((tick, bodies.to_vec()));
+    while let Some(frame) = frames.next().expect("it is not damaged") {
+        all.push((frame.tick, frame.bodies.to_vec()));
     }
     all
 }
@@ -28,18 +26,22 @@ fn single_and_lockstep_record_the_same() {
     let directory = tempfile::tempdir().expect("a temporary directory");
     for name in ["demo-15", "late-join", "moving-obstacles"] {
         let [single, lockstep] = ["single", "lockstep"].map(|mode| {
-            let path = directory.path().join(format!("{name}-{mode}.rec"));
+            let path = directory.path().join(format!("{name}-{mode}.mcap"));
             let ended = shoal(&format!("{name} --mode {mode} --record {}", path.display()));
-            let (report, mut record) = (report_of(&ended), read(&path));
+            let (report, record) = (report_of(&ended), read(&path));
             assert_eq!(ended.code, Some(0), "{ended}");
             assert_eq!(report["record"].as_str(), path.to_str(), "{ended}");
-            let hash = format!("{:016x}", record.ending.outcome.trajectory_hash);
+            assert!(record.is_whole() && record.left_out() == 0, "{ended}");
+            let hash = format!("{:016x}", record.ending().expect("it is whole").outcome.trajectory_hash);
             assert_eq!(report["trajectory_hash"], hash, "{ended}");
-            record.header.scenario.clock.mode = Mode::Single;
+            assert_eq!(record.events(), record.ending().expect("it is whole").outcome.events);
             record
         });
-        assert_eq!(single.header, lockstep.header, "{name}");
-        assert_eq!(single.ending, lockstep.ending, "{name}");
+        let mut scenario = lockstep.scenario().clone();
+        scenario.clock.mode = Mode::Single;
+        assert_eq!(single.scenario(), &scenario, "{name}");
+        assert_eq!(single.ending(), lockstep.ending(), "{name}");
+        assert_eq!(single.added(), lockstep.added(), "{name}");
         let (single, lockstep) = (frames(&single), frames(&lockstep));
         let differs = single.iter().zip(&lockstep).find(|(a, b)| a != b);
         assert!(differs.is_none() && single.len() == lockstep.len(), "{name}: {differs:?}");
@@ -52,7 +54,7 @@ fn single_and_lockstep_record_the_same() {
 #[test]
 fn a_record_agrees_with_its_report() {
     let directory = tempfile::tempdir().expect("a temporary directory");
-    let path = directory.path().join("late.rec");
+    let path = directory.path().join("late.mcap");
     let report = report_of(&shoal(&format!("late-join --mode lockstep --record {}", path.display())));
     let record = read(&path);
     let frames = frames(&record);
@@ -74,13 +76,14 @@ fn a_record_agrees_with_its_report() {
     }
 }
 
-/// Ended by a signal, a run has a record up to there; killed, it has none, and leaves nothing where one would be.
+/// Ended by a signal, a run has a whole record; killed, it has one that can be read to its last chunk, and nothing else is
+/// left where it is.
 #[test]
 fn a_run_that_is_broken_off() {
-    for (signal, left) in [(Signal::INT, 1), (Signal::KILL, 0)] {
+    for signal in [Signal::INT, Signal::KILL] {
         let _place = Place::take();
         let directory = tempfile::tempdir().expect("a temporary directory");
-        let path = directory.path().join("run.rec");
+        let path = directory.path().join("run.mcap");
         let line = format!(
             "run head-on --mode realtime --set clock.stop=\"duration\" --duration 1h --record {}",
             path.display()
@@ -90,16 +93,19 @@ fn a_run_that_is_broken_off() {
             let ended = Run::new(SHOAL).words("ps --format json").end();
             let fleets: serde_json::Value = serde_json::from_str(&ended.stdout).ok()?;
             let own =
-                |fleet: &serde_json::Value| fleet["daemon_pid"] == running.pid() && fleet["tick"].as_u64() > Some(3);
+                |fleet: &serde_json::Value| fleet["daemon_pid"] == running.pid() && fleet["tick"].as_u64() > Some(100);
             fleets["fleets"].as_array()?.iter().any(own).then_some(())
         });
         running.signal(signal);
         let ended = running.end();
         let names: Vec<_> = std::fs::read_dir(directory.path()).expect("a directory").flatten().collect();
-        assert_eq!(names.len(), left, "{signal:?}: {names:?}: {ended}");
-        if left == 1 {
+        assert_eq!(names.len(), 1, "{signal:?}: {names:?}: {ended}");
+        let record = read(&path);
+        let ticks: Vec<u64> = frames(&record).into_iter().map(|(tick, _)| tick).collect();
+        assert!(ticks.len() > 40 && ticks.iter().copied().eq(0..ticks.len() as u64), "{ticks:?}: {ended}");
+        if signal == Signal::INT {
             assert_eq!(ended.code, Some(130), "{ended}");
-            assert!(frames(&read(&path)).len() > 3, "{ended}");
         }
+        assert_eq!((record.is_whole(), record.ending().is_some()), (signal == Signal::INT, signal == Signal::INT));
     }
 }

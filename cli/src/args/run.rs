@@ -44,8 +44,8 @@ pub struct RunArgs {
     /// Write the report to this file as JSON; `-` is standard output, instead of the text
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
-    /// Write a record of every tick to this file, for `shoal plot`
-    #[arg(long, value_name = "FILE")]
+    /// Write a record of every tick to this file, in MCAP format
+    #[arg(long, value_name = "FILE.mcap")]
     pub record: Option<PathBuf>,
     /// Serve a page on which the fleet is watched and driven while it runs; in `lockstep`, real time is the rate then
     #[arg(long)]
@@ -137,9 +137,9 @@ impl From<FilterArg> for FilterKind {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  shoal run ring-15 --mode single --record ring.rec
-  shoal plot ring.rec                  draws ring.svg
-  shoal plot ring.rec --out - | less   on standard output
+  shoal run ring-15 --mode single --record ring.mcap
+  shoal plot ring.mcap                 draws ring.svg
+  shoal plot ring.mcap --out - | less  on standard output
   shoal plot out.json                  the record that a report names
 
 The name of the picture is printed.")]
@@ -176,6 +176,38 @@ pub struct ReplayArgs {
     /// Output format
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
+}
+
+/// `shoal export`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  shoal export run.mcap --to mcap-ros2       run.ros2.mcap, for rosbag2
+  shoal export run.mcap --to csv             run.csv: a line per body and tick
+  shoal export run.mcap --to jsonl --out - | jq 'select(.type == \"event\")'
+
+The name of the file is printed.")]
+pub struct ExportArgs {
+    /// A file written by `shoal run --record`
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Format of the export
+    #[arg(long, value_name = "FORMAT")]
+    pub to: ExportTo,
+    /// Output file; by default beside the record. `-` is standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// What a record can be exported to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExportTo {
+    /// MCAP with messages of ROS 2: /tf, poses, markers and log
+    McapRos2,
+    /// A table: a line per body and tick
+    Csv,
+    /// JSON lines: the run, frames, events, the outcome
+    Jsonl,
 }
 
 /// `shoal reproduce`.

@@ -117,6 +117,7 @@ fn help_shows_what_exists_and_nothing_else() {
         "down",
         "logs",
         "plot",
+        "export",
         "reproduce",
         "sweep",
         "bench",

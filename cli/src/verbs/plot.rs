@@ -44,7 +44,7 @@ fn find(named: &Path) -> Result<(PathBuf, Record), Failure> {
             }
             let is_scenario = source::load(named.as_os_str(), &scenarios::Overrides::default()).is_ok();
             if shown.ends_with(".toml") && named.exists() || is_scenario {
-                return failure.hint(format!("a scenario is run first: `shoal run {shown} --record out.rec`"));
+                return failure.hint(format!("a scenario is run first: `shoal run {shown} --record out.mcap`"));
             }
             failure
         });
@@ -52,7 +52,7 @@ fn find(named: &Path) -> Result<(PathBuf, Record), Failure> {
     let shown = named.display();
     let Some(path) = report.record else {
         return Err(Failure::usage(format!("report `{shown}`: its run was not recorded, and a report has no paths"))
-            .hint(format!("record the run: `shoal run {} --record out.rec`", report.scenario)));
+            .hint(format!("record the run: `shoal run {} --record out.mcap`", report.scenario)));
     };
     let path = PathBuf::from(path);
     let record = record::open(&path)?;
