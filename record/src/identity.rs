@@ -11,7 +11,7 @@ const PT_NOTE: u32 = 4;
 const NT_GNU_BUILD_ID: u32 = 3;
 
 /// The build, in hexadecimal; `None` if the linker gave it none.
-pub(crate) fn build() -> Option<String> {
+pub fn build() -> Option<String> {
     #[expect(clippy::disallowed_methods, reason = "the executable knows who it is")]
     let file = File::open("/proc/self/exe").ok()?;
     let mut head = [0; 64];

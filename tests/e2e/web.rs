@@ -4,7 +4,7 @@ mod browser;
 mod http;
 
 use crate::service::Service;
-use crate::support::{SHOAL, assert_clean, run, shoal, signal, wait_for};
+use crate::support::{Run, SHOAL, assert_clean, run, shoal, signal, wait_for};
 use browser::Browser;
 use rustix::process::Signal;
 use serde_json::Value;
@@ -350,4 +350,30 @@ fn records_are_played_and_compared() {
     let no = directory.path().join("no.mcap");
     shoal(&["view", no.to_str().unwrap()]).expect_failure(2, &["no.mcap", "record"]);
     shoal(&["view", "nosuch.mcap"]).expect_failure(2, &["nosuch.mcap"]);
+}
+
+/// `shoal run --view`: the address is said, the page shows the run, and hears of its end.
+#[test]
+fn a_run_is_watched_from_its_beginning_to_its_end() {
+    let Some(browser) = Browser::start(1360, 860) else { return };
+    let mut fleet = Run::catalog("demo-15").mode("lockstep").arg("--view").start();
+    fleet.wait_said("view: http://127.0.0.1:");
+    let said = fleet.stderr();
+    let url = said.split("view: ").nth(1).and_then(|rest| rest.split_whitespace().next()).unwrap();
+    browser.open(url);
+    browser.wait_until("shoal.main?.frame && shoal.main.robots().length >= 15");
+    assert_eq!(browser.eval("shoal.main.fleet.mode"), "lockstep");
+    browser.eval("(() => { document.querySelector('#links').checked = true; choose(4); })()");
+    // Everybody is in the middle, on the way round each other.
+    browser.wait_until("shoal.main.frame.time_s > 7");
+    browser.picture("view.png");
+    browser.wait_until("document.body.dataset.ended");
+    assert_eq!(browser.eval("shoal.main.frame.arrived"), 17);
+    browser.assert_no_errors();
+    let root = fleet.root();
+    // Being watched, and held to real time, changes nothing.
+    let alone = Run::catalog("demo-15").mode("single").finish().expect(0);
+    let ended = fleet.wait().expect(0);
+    assert_eq!(ended.report["trajectory_hash"], alone.report["trajectory_hash"]);
+    assert_clean(&root);
 }

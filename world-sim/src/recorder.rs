@@ -2,7 +2,7 @@
 //! would miss some when thousands of ticks go by in a second. What is written, and how, is the business of [`record`].
 
 use crate::World;
-use model::{Mode, Outcome, Robot, RobotInstance, Scenario};
+use model::{Outcome, Robot, RobotInstance, Scenario};
 use protocol::codec;
 use protocol::world_to_observer::FrameBody;
 use record::{Added, Body, Ending, InputSource, Moment, Sink};

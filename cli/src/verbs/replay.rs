@@ -45,7 +45,7 @@ fn verify(options: &ReplayArgs, record: &Record) -> Result<i32, Failure> {
         Format::Json => out::json(&verdict_json(options, record, &verdict))?,
         Format::Text => out::data(&verdict_text(record, &verdict))?,
     }
-    Ok(if is_equal(&verdict) { exit::OK } else { exit::UNMET })
+    Ok(if is_equal(&verdict) { exit::OK } else { exit::EXPECTATIONS })
 }
 
 /// Whether everything that could be compared is the same. A record that is cut off is compared up to there.
@@ -124,7 +124,7 @@ fn compare(options: &ReplayArgs, record: &Record, against: &Path) -> Result<i32,
         }
         Format::Text => out::data(&comparison_text([record, &other], &comparison))?,
     }
-    Ok(if comparison.first.is_none() { exit::OK } else { exit::UNMET })
+    Ok(if comparison.first.is_none() { exit::OK } else { exit::EXPECTATIONS })
 }
 
 fn comparison_text(records: [&Record; 2], comparison: &Comparison) -> String {
