@@ -28,7 +28,7 @@
 //!
 //! Known limits: local minima, and goals that stand within the influence of an obstacle.
 
-use crate::method::{Identity, Method, Symmetry};
+use crate::method::{Identity, Length, Method, Symmetry};
 use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner, nearest_by_id};
 use crate::steering::steer_to_goal;
@@ -48,6 +48,7 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps,
+    lengths: &[Length::of("influence_m", 1), Length::of("k_rep", 3)],
     wants_filter: false,
     build,
 };

@@ -25,7 +25,7 @@
 use crate::amr_apf::field::{Own, mu};
 use crate::amr_apf::speed::{Body, Pivot, SpeedLaw, Twist};
 use crate::amr_apf::{rounded, unicycle};
-use crate::method::{Identity, Method, Symmetry, any_speed};
+use crate::method::{Identity, Length, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Neighbor, Plan, PlanInput, Planner, nearest_by_id};
 use model::{BodyKind, Drive, ParamValues, PlanState};
@@ -44,6 +44,7 @@ pub static METHOD: Method = Method {
     symmetry: Symmetry::FULL,
     params: Params::specs,
     speed_mps: any_speed,
+    lengths: &[Length::of("safety_m", 1)],
     wants_filter: false,
     build,
 };

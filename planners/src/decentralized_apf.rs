@@ -36,7 +36,7 @@
 //! Known limits, all of them the method's own: local minima before gaps, deadlock of exactly opposed robots, goals
 //! nearer to each other than `p_r` plus both radii, and poses older than about 0.2 s at 1 m/s.
 
-use crate::method::{Identity, Method, Symmetry};
+use crate::method::{Identity, Length, Method, Symmetry};
 use crate::params::ParamError;
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
 use crate::steering::steer_to_goal;
@@ -61,6 +61,7 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps,
+    lengths: &[Length::of("p_o", 1), Length::of("p_r", 1), Length::of("eta", 3)],
     wants_filter: false,
     build,
 };

@@ -27,7 +27,7 @@ mod testing;
 pub mod way;
 
 pub use chassis::Chassis;
-pub use method::{Identity, Method, Symmetry};
+pub use method::{Identity, Method, Misfit, RADIUS_M, Symmetry};
 pub use model::{choice, keys};
 pub use params::ParamError;
 pub use planner::{Intent, Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id, solid};

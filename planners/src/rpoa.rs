@@ -44,7 +44,7 @@
 //! too: where obstacles stand nearer to each other than 1.5 m, `mu_obs` should be about 1 / gap². The guard does not
 //! foresee: what moves towards the robot may touch it.
 
-use crate::method::{Identity, Method, Symmetry};
+use crate::method::{Identity, Length, Method, Symmetry};
 use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner, solid};
 use crate::steering::steer_to_goal;
@@ -73,6 +73,12 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps,
+    lengths: &[
+        Length::of("sensor_range", 1),
+        Length::of("d_safe", 1),
+        Length::of("mu_obs", -2),
+        Length::of("mu_target", -2),
+    ],
     wants_filter: false,
     build,
 };

@@ -19,6 +19,7 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps: any_speed,
+    lengths: &[],
     wants_filter: false,
     build,
 };

@@ -70,6 +70,9 @@ pub(crate) fn resolve(
     };
     let events = stage.events(root, report);
     warnings::check(&crew.robots, &crew.sources, &events, clock, report);
+    if root.node(Root::paper).is_none() {
+        warnings::of_other_sizes(&crew.robots, &crew.sources, report);
+    }
     let paper = paper::read(root.node(Root::paper), &crew.robots, crew.complete, report);
     let scenario = Scenario {
         name: root.get(Root::name).unwrap_or_else(|| name.to_string()),

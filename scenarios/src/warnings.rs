@@ -80,12 +80,60 @@ fn of_robots(
     }
     for (message, slot, more) in said {
         let (key, origin): (&str, Origin) = (sources[slot].id.0.trim_end_matches(".id"), sources[slot].id.1);
-        let others = match more {
-            0 => String::new(),
-            1 => " and another one".to_string(),
-            more => format!(" and {more} others"),
+        report.warn(origin, key, format!("`{}`{}: {message}", robots[slot].id, and_others(more)), hint);
+    }
+}
+
+/// Methods whose defaults are absolute lengths, for bodies of another size: one warning for each method, with the figures of
+/// the first such robot. Not for the scenarios of papers, whose robots have a size of their own.
+pub(crate) fn of_other_sizes(robots: &[Robot], sources: &[Source], report: &mut Report) {
+    for method in planners::METHODS {
+        let misfits = |slot: usize| {
+            let robot = &robots[slot];
+            let drives = robot.planner == method.name && robot.agent.is_none() && robot.kind != BodyKind::TwoLinkArm;
+            let misfits = if drives { method.misfits(&robot.params, robot.radius_m) } else { Vec::new() };
+            (!misfits.is_empty()).then_some((slot, misfits))
         };
-        report.warn(origin, key, format!("`{}`{others}: {message}", robots[slot].id), hint);
+        let mut all = (0..robots.len()).filter_map(misfits);
+        let Some((slot, misfits)) = all.next() else { continue };
+        let said = misfits.iter().map(|misfit| format!("{} {} {}", misfit.name, misfit.default, misfit.unit));
+        let message = format!(
+            "`{}`{}: defaults of `{}` are for bodies of {} m, this one has {} m: {}",
+            robots[slot].id,
+            and_others(all.count()),
+            method.name,
+            planners::RADIUS_M,
+            robots[slot].radius_m,
+            said.collect::<Vec<_>>().join(", ")
+        );
+        let fits =
+            misfits.iter().map(|misfit| format!("planners.{}.{}={}", method.name, misfit.name, short(misfit.fits)));
+        let hint = format!(
+            "in proportion: {}; or take a planner that measures in radii: {}",
+            fits.collect::<Vec<_>>().join(" "),
+            of_any_size(robots[slot].kind)
+        );
+        let (key, origin) = (sources[slot].id.0.trim_end_matches(".id"), sources[slot].id.1);
+        report.warn(origin, key, message, hint);
+    }
+}
+
+/// The methods that can drive this kind of body at any size.
+fn of_any_size(kind: BodyKind) -> String {
+    let fitting = planners::METHODS.iter().filter(|method| method.lengths.is_empty() && method.kinds.contains(&kind));
+    fitting.map(|method| method.name).filter(|name| *name != "straight").collect::<Vec<_>>().join(", ")
+}
+
+/// A number with two digits that count.
+fn short(number: f64) -> f64 {
+    format!("{number:.1e}").parse().unwrap_or(number)
+}
+
+fn and_others(more: usize) -> String {
+    match more {
+        0 => String::new(),
+        1 => " and another one".to_string(),
+        more => format!(" and {more} others"),
     }
 }
 

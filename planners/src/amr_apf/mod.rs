@@ -72,7 +72,7 @@ pub(crate) mod unicycle;
 
 pub use params::{Circle, ClusterRule, Params, PillarGaps, Preset, Rule, Side, SpeedRule, Traps, Which};
 
-use crate::method::{Identity, Method, Symmetry, any_speed};
+use crate::method::{Identity, Length, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
 use brake::{Near, brake, reach_m};
@@ -101,6 +101,7 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps: any_speed,
+    lengths: &[Length::of("near_goal_m", 1), Length::of("safety_m", 1), Length::of("keep_m", 1)],
     wants_filter: false,
     build,
 };

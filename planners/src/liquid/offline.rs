@@ -10,7 +10,7 @@ use super::field::{Field, Law};
 use super::known::{Known, News};
 use super::layer::{Layer, speed_near, stay, towards};
 use super::search::{Budget, Progress, Search};
-use crate::method::{Identity, Method, Symmetry, any_speed};
+use crate::method::{Identity, Length, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner};
 use model::{BodyKind, ParamValues, PlanState};
@@ -33,6 +33,15 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps: any_speed,
+    lengths: &[
+        Length::of("step_m", 1),
+        Length::of("k_o", 2),
+        Length::of("k_t", -1),
+        Length::of("k_v", 2),
+        Length::of("evade_gain", 3),
+        Length::of("evade_range_m", 1),
+        Length::of("lookahead_m", 1),
+    ],
     wants_filter: false,
     build,
 };

@@ -10,7 +10,7 @@ use super::common::Common;
 use super::field::{Field, Law};
 use super::known::{moves, parked};
 use super::layer::{Layer, speed_near, stay, towards};
-use crate::method::{Identity, Method, Symmetry};
+use crate::method::{Identity, Length, Method, Symmetry};
 use crate::params::ParamError;
 use crate::planner::{Obstacle, Plan, PlanInput, Planner};
 use model::{BodyKind, ParamValues, PlanState};
@@ -33,6 +33,13 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::MOBILE,
     params: Params::specs,
     speed_mps,
+    lengths: &[
+        Length::of("k_o", 2),
+        Length::of("k_t", -1),
+        Length::of("k_v", 2),
+        Length::of("evade_gain", 3),
+        Length::of("evade_range_m", 1),
+    ],
     wants_filter: false,
     build,
 };

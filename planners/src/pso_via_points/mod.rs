@@ -65,7 +65,7 @@ mod watch;
 pub use params::Params;
 
 use crate::decentralized_apf::{self, DecentralizedApf};
-use crate::method::{Identity, Method, Symmetry, any_speed};
+use crate::method::{Identity, Length, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Plan, PlanInput, Planner, nearest_by_id};
 use crate::steering::steer_to_goal;
@@ -90,6 +90,17 @@ pub static METHOD: Method = Method {
     kinds: BodyKind::ALL,
     params: Params::specs,
     speed_mps: any_speed,
+    lengths: &[
+        Length::of("influence", 1),
+        Length::of("step", 1),
+        Length::of("bias_fade", 1),
+        Length::of("box_margin", 1),
+        Length::of("margin", 1),
+        Length::of("jitter", 1),
+        Length::of("look_ahead", 1),
+        Length::of("robot_gain", 3),
+        Length::of("robot_range", 1),
+    ],
     wants_filter: false,
     build,
 };

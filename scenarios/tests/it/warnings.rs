@@ -78,3 +78,58 @@ fn robots_that_nobody_hears_before_they_touch() {
     check(&pair("sees_robots = false\nradio_range_m = 3"), &[]);
     check(&pair("radio_range_m = 0.3"), &[]);
 }
+
+/// Of every planner with a body of this size, kind and parameters: whether it warns, and of what.
+#[test]
+fn defaults_for_bodies_of_another_size() {
+    let fleet = |planner: &str, radius: f64, more: &str| {
+        format!(
+            "[world]\nx_m = [-50, 50]\ny_m = [-50, 50]\n[defaults]\nradius_m = {radius}\nplanner = \"{planner}\"\n{more}\
+             [layout]\nkind = \"circle-swap\"\nrobots = 8\nradius_m = 20\n"
+        )
+    };
+    let measures_in_radii = ["straight", "orca", "power-law", "lanes"];
+    let mut kinds = 0;
+    for method in planners::METHODS.iter().filter(|method| method.kinds.contains(&model::BodyKind::Point)) {
+        kinds += 1;
+        for radius in [0.05, 0.09, 0.1, 0.2, 0.4, 0.41, 0.5] {
+            let told = warnings_of(&fleet(method.name, radius, ""));
+            let warns = !measures_in_radii.contains(&method.name) && !(0.1..=0.4).contains(&radius);
+            assert_eq!(told.len(), usize::from(warns), "{} {radius}: {told:?}", method.name);
+            if warns {
+                let said = format!(
+                    "`r00` and 7 others: defaults of `{}` are for bodies of 0.2 m, this one has {radius} m: ",
+                    method.name
+                );
+                assert!(told[0].contains(&said), "{}", told[0]);
+            }
+        }
+    }
+    assert!(kinds >= 11, "{kinds}");
+
+    let scenario = |text: &str| parse("test.toml", text, &Overrides::default()).unwrap();
+    let told = scenario(&fleet("apf", 0.05, "")).warnings;
+    assert_eq!(
+        (told[0].message.as_str(), told[0].hint.as_deref().unwrap()),
+        (
+            "`r00` and 7 others: defaults of `apf` are for bodies of 0.2 m, this one has 0.05 m: influence_m 1 m, k_rep 0.2 m⁴/s",
+            "in proportion: planners.apf.influence_m=0.25 planners.apf.k_rep=0.0031; or take a planner that measures in \
+             radii: orca, power-law, lanes"
+        )
+    );
+    // What is given is meant, one by one or as a preset.
+    let given = "[planners.apf]\ninfluence_m = 1\n";
+    let told = warnings_of(&fleet("apf", 0.5, given));
+    assert!(told.len() == 1 && told[0].ends_with("0.5 m: k_rep 0.2 m⁴/s"), "{told:?}");
+    assert_eq!(warnings_of(&fleet("apf", 0.5, &format!("{given}k_rep = 3\n"))), [""; 0]);
+    assert_eq!(warnings_of(&fleet("amr-apf", 0.05, "[planners.amr-apf]\npreset = \"fleet\"\n")), [""; 0]);
+    // One line for each planner, however many sizes.
+    let many: String = (0..4)
+        .map(|i| {
+            let planner = ["apf", "rpoa"][i % 2];
+            format!("[[robot]]\nid = \"a{i}\"\nstart_m = [{}, 0]\ngoal_m = [{}, 8]\nradius_m = 0.{}\nplanner = \"{planner}\"\n", 2 * i, 2 * i, i + 5)
+        })
+        .collect();
+    let told = warnings_of(&format!("[world]\nx_m = [-50, 50]\n{many}"));
+    assert!(told.len() == 2 && told.iter().all(|line| line.contains("and another one")), "{told:?}");
+}
