@@ -91,6 +91,68 @@ fn without_progress_it_goes_aside_for_a_while() {
     assert_eq!(other, (61..77).collect::<Vec<_>>(), "{drives:?}");
 }
 
+#[test]
+fn room_is_made_for_those_ahead_and_nobody_makes_it_because_of_one_behind() {
+    let yields = |at: [f64; 2]| {
+        let said = robot(1, at, [1.0, 0.0]);
+        let intent = Intent { yields: true, ..said.intent.expect("it tells") };
+        planned(&[Neighbor { intent: Some(intent), ..said }], &[], &[]).1.yields
+    };
+    assert!(yields([0.45, 0.0]));
+    // It makes room itself, for this one: if that made this one make room, neither would ever stop to.
+    assert!(!yields([-0.45, 0.0]));
+}
+
+#[test]
+fn a_body_that_turns_waits_for_one_that_has_way_and_stands_instead_of_backing_away() {
+    let comes = robot(1, [0.1, 0.41], [0.5, -0.8]);
+    let intent = Intent { left_m: 1.0, ..comes.intent.expect("it tells") };
+    let stands = Neighbor { position: [0.1, 0.41].into(), velocity: Vector2::zeros(), intent: Some(intent), ..comes };
+    let stands = Neighbor { next: Some(stands.position), ..stands };
+    let outside_if_it_waits = |kind: BodyKind| {
+        let mut planner = Lanes::new(Params::default(), IDENTITY);
+        let limits = Limits { speed_mps_max: 1.0, ..LIMITS };
+        let first = PlanInput { kind, limits, ..input() };
+        planner.plan(&first);
+        planner.plan(&PlanInput { tick: 1, neighbors: &[stands], ..first });
+        let planes = planner.planes.iter().map(|plane| plane.excess(Vector2::zeros()));
+        planes.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let [point, unicycle] = [BodyKind::Point, BodyKind::Unicycle].map(outside_if_it_waits);
+    assert!(point > 0.01 && unicycle <= 0.0, "{point} {unicycle}");
+}
+
+#[test]
+fn a_body_that_turns_ends_its_way_aside_when_it_is_far() {
+    let mut planner = Lanes::new(Params::default(), IDENTITY);
+    let limits = Limits { speed_mps_max: 1.0, turn_radps_max: 0.3, ..LIMITS };
+    let wall = Capsule::segment([0.3, -9.0].into(), [0.3, 9.0].into());
+    let obstacles = [Obstacle { id: 0, shape: wall, velocity: Vector2::zeros() }];
+    let still = PlanInput { kind: BodyKind::Unicycle, limits, obstacles: &obstacles, ..input() };
+    let mut is_aside = |tick: u64, y: f64| {
+        planner.plan(&PlanInput { tick, position: Point2::new(0.0, y), ..still });
+        planner.aside.is_some()
+    };
+    let began = (0..400).find(|tick| is_aside(*tick, 0.0)).expect("it makes no progress");
+    // The turn alone takes 10 s.
+    assert!(began > 60 + 100 && is_aside(began + 20, 0.7) && !is_aside(began + 21, 0.9));
+}
+
+#[test]
+fn what_a_body_cannot_drive_because_it_turns_is_not_lost() {
+    let slow = |yaw_rad: f64| {
+        let mut planner = Lanes::new(Params::default(), IDENTITY);
+        let limits = Limits { speed_mps_max: 1.0, turn_radps_max: 0.3, ..LIMITS };
+        let stands = PlanInput { kind: BodyKind::Unicycle, limits, yaw_rad, velocity: Vector2::zeros(), ..input() };
+        for tick in 0..30 {
+            planner.plan(&PlanInput { tick, ..stands });
+        }
+        planner.slow
+    };
+    assert!(slow(0.0) > 0.5, "{}", slow(0.0));
+    assert_eq!(slow(2.0), 0.0);
+}
+
 fn said() -> impl Strategy<Value = Said> {
     let vector = || (-1.0..1.0f64, -1.0..1.0f64).prop_map(|(x, y)| Vector2::new(x, y));
     (vector(), vector(), 0u32..4, 0u32..4, any::<[bool; 2]>(), prop::array::uniform2(0.0..2.0f32)).prop_map(
