@@ -135,8 +135,9 @@ fn in_one_thread(scenario: Scenario, record: Option<&RecordPlace>, rate: Rate) -
     });
     progress.finish();
     let outcome: Outcome = outcome.map_err(|error| Failure::usage(error.to_string()))?;
+    let ran_s = wall_s();
     let recorded = record.zip(recorder).map_or(Ok(()), |(place, recorder)| place.finish(recorder, &outcome));
-    let mut facts = RunFacts::new(scenario, outcome, wall_s());
+    let mut facts = RunFacts::new(scenario, outcome, ran_s);
     facts.processes.push(this_process());
     facts.interrupted = interrupted.yes();
     facts.record = kept(record, &recorded);
