@@ -17,6 +17,7 @@ pub(crate) const EVENT: &str = "shoal.event";
 pub(crate) const ROBOT: &str = "shoal.robot";
 pub(crate) const INPUT: &str = "shoal.input";
 pub(crate) const GAP: &str = "shoal.gap";
+pub(crate) const METRICS: &str = "/metrics";
 
 pub(crate) const METADATA: &str = "shoal";
 pub(crate) const METADATA_END: &str = "shoal.end";

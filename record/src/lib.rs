@@ -7,7 +7,7 @@
 //! writer     from moments to messages    sink       the thread and the file that it writes
 //! reader     records, from any tick      source     the bytes of a record
 //! export     records as other formats    ros2       as ROS 2 has them
-//! palette    colours and sizes
+//! palette    colours and sizes           figures    what processes have counted
 //! container  MCAP: the one file that names the library
 //! identity   which build of shoal this is
 //! ```
@@ -17,6 +17,7 @@
 mod container;
 mod error;
 mod export;
+mod figures;
 mod frame;
 mod header;
 mod identity;
@@ -37,9 +38,10 @@ mod writer;
 pub use container::unpacked;
 pub use error::RecordError;
 pub use export::{ExportError, ExportFormat, export};
+pub use figures::{Counted, Figures, Spread};
 pub use frame::Body;
 pub use header::{About, Ending, FORMAT, time_ns};
 pub use identity::build;
 pub use moment::{Added, InputSource, Moment};
 pub use reader::{Cut, Frame, Frames, Input, Inputs, Record};
-pub use sink::Sink;
+pub use sink::{Count, Sink};

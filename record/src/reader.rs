@@ -5,6 +5,7 @@
 
 use crate::container::{self, Entry, HEAD, MAGIC, kind};
 use crate::error::RecordError;
+use crate::figures::{self, Figures};
 use crate::frame::{Body, Tracks};
 use crate::header::{self, About, Ending, FORMAT};
 use crate::moment::{Added, InputSource};
@@ -54,6 +55,7 @@ enum Topic {
     Robot,
     Input,
     Gap,
+    Metrics,
     Other,
 }
 
@@ -65,6 +67,7 @@ impl Topic {
             header::ROBOT => Topic::Robot,
             header::INPUT => Topic::Input,
             header::GAP => Topic::Gap,
+            header::METRICS => Topic::Metrics,
             _ => Topic::Other,
         }
     }
@@ -243,6 +246,27 @@ impl Record {
     /// What processes were told, in the order in which it was written.
     pub fn inputs(&self) -> Inputs<'_> {
         Inputs { record: self, next: 0, queue: Vec::new().into_iter() }
+    }
+
+    /// The newest figures in it: at which tick, and each process with what it has counted since the start. `fleet` is all of
+    /// them together. `None` for a run in one thread, or one that was cut off in its first second.
+    ///
+    /// # Errors
+    /// When the record is damaged there, or cannot be read.
+    pub fn figures(&self) -> Result<Option<(u64, Vec<(String, Figures)>)>, RecordError> {
+        for chunk in self.chunks.iter().rev() {
+            let mut newest = None;
+            self.walk_chunk(*chunk, &mut |topic, bytes| {
+                if topic == Topic::Metrics {
+                    newest = Some(figures::read(bytes)?);
+                }
+                Some(())
+            })?;
+            if newest.is_some() {
+                return Ok(newest);
+            }
+        }
+        Ok(None)
     }
 
     /// Reads the chunk and goes through its messages of known topics.

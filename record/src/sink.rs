@@ -4,6 +4,7 @@
 //! out and counted, and the record says so where it is missing. In `lockstep` and `single`, whose time is only simulated,
 //! it waits, up to a limit. The thread looks for moments at intervals, so nobody has to wake it.
 
+use crate::figures::{Counted, Figures};
 use crate::header::Ending;
 use crate::moment::Moment;
 use crate::writer::{Gap, RecordWriter};
@@ -19,6 +20,8 @@ use std::time::{Duration, Instant};
 const BEAT: Duration = Duration::from_millis(10);
 /// A chunk is ended after this long: what a killed run loses of its record.
 const CHUNK: Duration = Duration::from_millis(500);
+/// How often the processes' figures are written.
+const COUNT: Duration = Duration::from_secs(1);
 /// How long a run in ticks waits for a disk that takes nothing, and any run for the end of its record.
 const PATIENCE: Duration = Duration::from_secs(30);
 /// A step of that waiting.
@@ -31,6 +34,9 @@ const QUEUE_BYTES: usize = 64 << 20;
 const INPUTS_MAX: usize = 8 << 20;
 /// The thread is behind everybody else.
 const NICE: i32 = 10;
+
+/// Asks what the processes of a fleet have counted so far.
+pub type Count = Box<dyn FnMut() -> Vec<(Counted, Figures)> + Send>;
 
 enum Item {
     Moment(Moment, Gap),
@@ -58,12 +64,20 @@ impl Sink {
     /// # Errors
     /// When there can be no file.
     pub fn begin(target: &Path, scenario: &Scenario) -> io::Result<Sink> {
+        Sink::begin_counting(target, scenario, None)
+    }
+
+    /// The same; `count` is asked about once a second what the processes of the fleet have counted so far, from the thread.
+    ///
+    /// # Errors
+    /// As [`Sink::begin`].
+    pub fn begin_counting(target: &Path, scenario: &Scenario, count: Option<Count>) -> io::Result<Sink> {
         let body = size_of::<crate::Body>();
         let room = QUEUE_BYTES / (body * (scenario.fleet.max_robots + scenario.obstacles.len()).max(1));
         let depth = ((QUEUE_S * scenario.clock.tick_hz) as usize).min(room);
         let depth = depth.clamp(*QUEUE_MOMENTS.start(), *QUEUE_MOMENTS.end());
         let waits = (scenario.clock.mode != Mode::Realtime).then_some(PATIENCE);
-        Sink::start(begin_file(target, scenario)?, depth, waits, keep)
+        Sink::start(begin_file(target, scenario)?, depth, waits, count, keep)
     }
 
     /// Begins the thread. The queue has room for `depth` moments; a full one is waited for, so long.
@@ -71,6 +85,7 @@ impl Sink {
         writer: RecordWriter<W>,
         depth: usize,
         waits: Option<Duration>,
+        count: Option<Count>,
         keep: fn(W) -> io::Result<()>,
     ) -> io::Result<Sink> {
         let (queue, moments) = sync_channel(depth);
@@ -80,7 +95,7 @@ impl Sink {
         thread.spawn(move || {
             stand_back();
             // Whoever began the record may have given it up.
-            let _ = done.send(write(writer, &moments, &emptied, keep));
+            let _ = done.send(write(writer, &moments, &emptied, count, keep));
         })?;
         Ok(Sink { queue, spare, end, waits, gap: Gap::default(), left_out: 0, stuck: false })
     }
@@ -173,10 +188,12 @@ fn write<W: Write>(
     mut writer: RecordWriter<W>,
     moments: &Receiver<Item>,
     emptied: &SyncSender<Moment>,
+    mut count: Option<Count>,
     keep: fn(W) -> io::Result<()>,
 ) -> io::Result<()> {
     let mut failed = Ok(());
-    let mut chunk_ended = now();
+    let (mut chunk_ended, mut counted) = (now(), now());
+    let mut figures = || count.as_mut().map_or_else(Vec::new, |count| count());
     loop {
         match moments.try_recv() {
             Ok(Item::Moment(mut moment, gap)) => {
@@ -189,10 +206,15 @@ fn write<W: Write>(
             }
             Ok(Item::End(ending, gap)) => {
                 failed?;
+                writer.figures(&figures())?;
                 return keep(writer.finish(&ending, gap)?);
             }
             Err(TryRecvError::Empty) => pause(BEAT),
             Err(TryRecvError::Disconnected) => return failed,
+        }
+        if failed.is_ok() && counted.elapsed() >= COUNT {
+            failed = writer.figures(&figures());
+            counted = now();
         }
         if failed.is_ok() && chunk_ended.elapsed() >= CHUNK {
             if writer.has_open_chunk() {
@@ -301,7 +323,7 @@ mod tests {
 
     fn sink(disk: &Disk, depth: usize, waits: Option<Duration>) -> Sink {
         let writer = RecordWriter::begin(disk.clone(), &scenario()).unwrap();
-        Sink::start(writer, depth, waits, |_| Ok(())).unwrap()
+        Sink::start(writer, depth, waits, None, |_| Ok(())).unwrap()
     }
 
     fn ticks(record: &Record) -> Vec<u64> {

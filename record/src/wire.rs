@@ -106,6 +106,7 @@ impl Message {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Value<'a> {
     Number(u64),
+    Double(f64),
     Bytes(&'a [u8]),
 }
 
@@ -117,6 +118,14 @@ impl<'a> Value<'a> {
     pub(crate) fn bytes(self) -> Option<&'a [u8]> {
         if let Value::Bytes(value) = self { Some(value) } else { None }
     }
+
+    pub(crate) fn double(self) -> Option<f64> {
+        if let Value::Double(value) = self { Some(value) } else { None }
+    }
+
+    pub(crate) fn text(self) -> Option<&'a str> {
+        std::str::from_utf8(self.bytes()?).ok()
+    }
 }
 
 /// Goes through the fields of a message: number and value of each, but for doubles, which shoal itself reads none of. `None` for bytes that are not a message.
@@ -126,8 +135,9 @@ pub(crate) fn fields<'a>(mut bytes: &'a [u8], mut see: impl FnMut(u32, Value<'a>
         let value = match key & 7 {
             VARINT => Value::Number(take_varint(&mut bytes)?),
             FIXED64 => {
-                bytes = bytes.get(8..)?;
-                continue;
+                let (value, rest) = bytes.split_first_chunk()?;
+                bytes = rest;
+                Value::Double(f64::from_le_bytes(*value))
             }
             LENGTH => {
                 let length = usize::try_from(take_varint(&mut bytes)?).ok()?;

@@ -1,6 +1,7 @@
 //! From moments to the messages of a record. Pure but for what it writes to.
 
 use crate::container::{Container, Encoding};
+use crate::figures::{self, Counted, Figures};
 use crate::frame::{Body, Tracks};
 use crate::header::{self, About, Ending};
 use crate::moment::Moment;
@@ -31,12 +32,13 @@ enum Channel {
     Goals,
     Arms,
     Log,
+    Metrics,
 }
 
 const PROTOBUF: Encoding = Encoding { message: "protobuf", schema: "protobuf" };
 
 /// Topic and schema of each.
-const CHANNELS: [(&str, &str); 10] = [
+const CHANNELS: [(&str, &str); 11] = [
     (header::FRAME, "shoal.Frame"),
     (header::EVENT, "shoal.Event"),
     (header::ROBOT, "shoal.Robot"),
@@ -47,6 +49,7 @@ const CHANNELS: [(&str, &str); 10] = [
     ("/goals", "foxglove.SceneUpdate"),
     ("/arms", "foxglove.SceneUpdate"),
     ("/events", "foxglove.Log"),
+    (header::METRICS, "shoal.Metrics"),
 ];
 
 /// A robot in its slot, as it is shown.
@@ -287,6 +290,25 @@ impl<W: Write> RecordWriter<W> {
         });
         let message = scene::arms(arms);
         if message.bytes().is_empty() { Ok(()) } else { self.put(Channel::Arms, moment.tick, message) }
+    }
+
+    /// Adds what the processes have counted so far.
+    pub(crate) fn figures(&mut self, figures: &[(Counted, Figures)]) -> io::Result<()> {
+        let Some(tick) = self.last_tick.filter(|_| !figures.is_empty()) else { return Ok(()) };
+        let mut message = self.message();
+        message.uint(1, tick);
+        for (counted, figures) in figures {
+            let name = match counted {
+                Counted::Fleet => "fleet",
+                Counted::World => "world",
+                Counted::Robot(robot) => match self.robots.get(robot.at()) {
+                    Some(Some(shown)) => shown.robot.id.as_str(),
+                    _ => continue,
+                },
+            };
+            figures::put(&mut message, name, figures);
+        }
+        self.put(Channel::Metrics, tick, message)
     }
 
     /// There is something that a kill would cost.

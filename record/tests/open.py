@@ -32,18 +32,20 @@ def check_channels():
         summary = reader.get_summary()
         for schema, channel, message, decoded in reader.iter_decoded_messages():
             counts[channel.topic] += 1
-            topics.setdefault(channel.topic, (schema, decoded))
+            topics[channel.topic] = (schema, decoded)
             assert decoded is not None
         attachments = {attachment.name for attachment in reader.iter_attachments()}
         metadata = {entry.name: entry.metadata for entry in reader.iter_metadata()}
     robots = [topic for topic in counts if topic.startswith("/robots/")]
-    needed = {"shoal.frame", "shoal.event", "/tf", "/scene", "/goals", "/events"}
+    needed = {"shoal.frame", "shoal.event", "/tf", "/scene", "/goals", "/events", "/metrics"}
     assert needed <= set(counts), counts
     assert len(robots) == 17, robots
     assert counts["shoal.frame"] == int(metadata["shoal.end"]["ticks"]) + 1
     assert counts["shoal.event"] == counts["/events"]
     assert {"scenario.json", "scenario.bin", "outcome.json", "outcome.bin"} <= attachments, attachments
     assert metadata["shoal"]["name"] == "demo-15" and metadata["shoal"]["build"] != "unknown", metadata
+    processes = {entry.process: entry for entry in topics["/metrics"][1].processes}
+    assert len(processes) == 19 and processes["fleet"].periods > 0, list(processes)
     assert sum(counts.values()) == summary.statistics.message_count
     print(f"mcap: {sum(counts.values())} messages on {len(counts)} channels decode")
     return topics

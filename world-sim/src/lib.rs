@@ -18,6 +18,7 @@
 //! attendance  which processes answer      pace        when periods begin
 //! opener      when ticks of lockstep open
 //! shell       the process                 recorder    everything into a file
+//! figures     what the processes count, for the record
 //! touch       where bodies touched first
 //! outcome_file  what the process leaves   checkpoints  what another one can go on from
 //! whole_file  a file, whole or not at all
@@ -29,6 +30,7 @@ mod body;
 mod checkpoints;
 mod contact;
 mod faults;
+mod figures;
 mod grid;
 mod journal;
 mod links;

@@ -1,11 +1,12 @@
 //! What of a world is recorded. The world's process has every frame, so it is the world's process that records: an observer
 //! would miss some when thousands of ticks go by in a second. What is written, and how, is the business of [`record`].
 
-use crate::World;
+use crate::{World, figures};
+use bus::Address;
 use model::{Outcome, Robot, RobotInstance, Scenario};
 use protocol::codec;
 use protocol::world_to_observer::FrameBody;
-use record::{Added, Body, Ending, InputSource, Moment, Sink};
+use record::{Added, Body, Count, Ending, InputSource, Moment, Sink};
 use std::io;
 use std::path::Path;
 
@@ -34,8 +35,22 @@ impl Recorder {
     /// # Errors
     /// When there can be no file.
     pub fn begin(target: &Path, scenario: &Scenario) -> io::Result<Recorder> {
+        Recorder::of(Sink::begin(target, scenario)?, scenario)
+    }
+
+    /// The same for a fleet of processes: what they count at `address` is recorded about once a second.
+    ///
+    /// # Errors
+    /// As [`Recorder::begin`].
+    pub fn begin_counting(target: &Path, scenario: &Scenario, address: &Address) -> io::Result<Recorder> {
+        let address = address.clone();
+        let count: Count = Box::new(move || figures::count(&address));
+        Recorder::of(Sink::begin_counting(target, scenario, Some(count))?, scenario)
+    }
+
+    fn of(sink: Sink, scenario: &Scenario) -> io::Result<Recorder> {
         Ok(Recorder {
-            sink: Sink::begin(target, scenario)?,
+            sink,
             next: Moment::default(),
             known: scenario.robots.iter().map(|robot| Known { instance: None, robot: Some(robot.clone()) }).collect(),
             events: 0,

@@ -116,7 +116,7 @@ fn recorder(address: &Address, scenario: &Scenario) -> Result<Option<Recorder>, 
     #[expect(clippy::disallowed_methods, reason = "the shell learns once, before the loop, whether to record")]
     let Ok(path) = std::fs::read(address.file(RECORD_FILE)) else { return Ok(None) };
     let path = PathBuf::from(OsString::from_vec(path));
-    Recorder::begin(&path, scenario).map(Some).map_err(|error| ShellError::File(path, error))
+    Recorder::begin_counting(&path, scenario, address).map(Some).map_err(|error| ShellError::File(path, error))
 }
 
 struct Shell {

@@ -40,12 +40,16 @@ Examples:
   shoal latency r03 --pairs            pose ages by neighbour
   shoal latency --metric reaction --histogram
   shoal latency --svg ages.svg
+  shoal latency --record run.mcap      of a run that has ended
 
 The statistics are read from shared memory; the processes are not disturbed.")]
 pub struct LatencyArgs {
     /// Which fleet.
     #[command(flatten)]
     pub fleet: FleetArg,
+    /// Show what a record holds, instead of a running fleet
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["fleet", "pairs", "histogram", "svg"])]
+    pub record: Option<PathBuf>,
     /// Only these robots
     #[arg(value_name = "ROBOT")]
     pub robots: Vec<String>,

@@ -2,6 +2,7 @@
 //! memory, and asks nobody: not the agents, which do not notice, and not the daemon, which may have been stopped.
 
 mod histogram;
+mod recorded;
 
 use super::fleet;
 use crate::args::{Format, LatencyArgs, MetricArg};
@@ -22,6 +23,9 @@ use std::path::Path;
 
 /// What can be seen of a fleet at one moment.
 struct Look {
+    /// `fleet` or `record`.
+    what: &'static str,
+    /// Its name.
     fleet: String,
     scenario: String,
     mode: Mode,
@@ -50,10 +54,15 @@ pub fn run(options: &LatencyArgs) -> Result<(), Failure> {
     let alone = options.svg.as_deref() == Some(Path::new(STANDARD));
     let svg = options.svg.as_deref().filter(|_| !alone);
     let svg = svg.map(|path| Files::new().write("picture", "--svg", path)).transpose()?;
-    let address = fleet::choose(&options.fleet)?;
-    let look = look(&address)
-        .and_then(|look| look.only(&options.robots))
-        .map_err(|failure| if address.root().exists() { failure } else { ended(&address) })?;
+    let look = match &options.record {
+        Some(path) => recorded::look(path)?.only(&options.robots)?,
+        None => {
+            let address = fleet::choose(&options.fleet)?;
+            look(&address)
+                .and_then(|look| look.only(&options.robots))
+                .map_err(|failure| if address.root().exists() { failure } else { ended(&address) })?
+        }
+    };
     let MetricArg(metric) = options.metric;
     let spread = Spread::of(&look.robots, look.world.as_ref(), metric);
     let subject = match options.robots.is_empty() {
@@ -123,7 +132,7 @@ fn look(address: &Address) -> Result<Look, Failure> {
     let tick = Gate::open(address)?.progress().tick;
     let fleet = address.id().to_owned();
     let (scenario, tick_hz) = (scenario.name, scenario.clock.tick_hz);
-    Ok(Look { fleet, scenario, mode, tick_hz, tick, robots, world, names, facts })
+    Ok(Look { what: "fleet", fleet, scenario, mode, tick_hz, tick, robots, world, names, facts })
 }
 
 impl Look {
@@ -135,8 +144,13 @@ impl Look {
         let known = |id: &String| self.names.values().any(|name| name == id);
         if let Some(unknown) = ids.iter().find(|id| !known(id)) {
             let list: Vec<&str> = self.names.values().map(String::as_str).collect();
-            return Err(Failure::usage(format!("fleet `{}`: unknown robot `{}`", self.fleet, unknown.escape_debug()))
-                .hint(format!("its robots: {}", list.join(", "))));
+            return Err(Failure::usage(format!(
+                "{} `{}`: unknown robot `{}`",
+                self.what,
+                self.fleet,
+                unknown.escape_debug()
+            ))
+            .hint(format!("its robots: {}", list.join(", "))));
         }
         let names = &self.names;
         self.robots.retain(|slot, _| names.get(slot).is_some_and(|name| ids.contains(name)));
@@ -179,7 +193,7 @@ impl Look {
         let because = self.starved_because();
         let mut value = json!({
             "schema": "shoal.latency/1",
-            "fleet": self.fleet,
+            self.what: self.fleet,
             "scenario": self.scenario,
             "mode": self.mode.word(),
             "tick_hz": self.tick_hz,
@@ -200,7 +214,8 @@ impl Look {
         let verdict = if because.is_empty() { "valid" } else { "starved" };
         page.words(
             &format!(
-                "fleet {}: {}, {} at {} Hz, tick {} ({:.1} s); so far {verdict}",
+                "{} {}: {}, {} at {} Hz, tick {} ({:.1} s); so far {verdict}",
+                self.what,
                 self.fleet,
                 self.scenario,
                 self.mode.word(),

@@ -46,7 +46,7 @@ fn seen(mode: Mode) -> Look {
     let (robots, world) = measured::by_robot(&stats);
     let facts = measured::latency(&stats, &|slot| names.get(&slot).cloned(), mode == Mode::Realtime);
     let (fleet, scenario) = ("abcd234".to_owned(), "demo-15".to_owned());
-    Look { fleet, scenario, mode, tick_hz: 50.0, tick: 1000, robots, world, names, facts }
+    Look { what: "fleet", fleet, scenario, mode, tick_hz: 50.0, tick: 1000, robots, world, names, facts }
 }
 
 fn text(look: &Look, width: usize, named: bool, pairs: bool) -> String {
