@@ -26,7 +26,7 @@
 //! |        | `heading_gain` | 1/s | 8.0  | a unicycle turns sharper                       |
 //!
 //! A body that has to turn before it drives (unicycle, diff-drive) is slow to evade, and slower to come back. So it queues: it
-//! keeps a gap to those before it while there is room, does not back away from one that has way and stands, does not turn wider
+//! keeps a gap to those before it while there is room, makes room only for those, does not back away from one that has way and stands, does not turn wider
 //! the more speed it has lost, and what it cannot drive because it is turning does not count as lost.
 //!
 //! A robot that tells no intent is taken to go on as it goes, and shares every evasion.
@@ -465,13 +465,11 @@ impl Lanes {
             let way = if other.tells && self.said.is_some() { has_way(&me, &other.said) } else { None };
             let gap_m = (other.at - input.position).norm() - input.radius_m - other.radius_m;
             let same = cosine(me.intent.wish, other.said.intent.wish) > SAME_WAY;
-            // Only for those ahead: two that make room because the other one does would never stop.
-            let makes_room_ahead = other.said.intent.yields && (other.at - input.position).dot(&me.intent.wish) > 0.0;
-            if way == Some(false)
-                && gap_m < YIELDS_WITHIN * input.radius_m
-                && (!same || makes_room_ahead)
-                && !me.arrived
-            {
+            // Two that make room because the other one does would do so every other tick and for good. Points jostle on; a body
+            // that turns makes room only for those ahead.
+            let is_ahead = (other.at - input.position).dot(&me.intent.wish) > 0.0;
+            let makes_room = other.said.intent.yields && (is_ahead || !turns(input.kind));
+            if way == Some(false) && gap_m < YIELDS_WITHIN * input.radius_m && (!same || makes_room) && !me.arrived {
                 self.yields = true;
             }
             let (velocity, share, horizon) = match way {

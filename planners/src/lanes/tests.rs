@@ -92,11 +92,17 @@ fn without_progress_it_goes_aside_for_a_while() {
 }
 
 #[test]
-fn room_is_made_for_those_ahead_and_nobody_makes_it_because_of_one_behind() {
+fn a_body_that_turns_makes_room_for_those_ahead_only() {
     let yields = |at: [f64; 2]| {
         let said = robot(1, at, [1.0, 0.0]);
         let intent = Intent { yields: true, ..said.intent.expect("it tells") };
-        planned(&[Neighbor { intent: Some(intent), ..said }], &[], &[]).1.yields
+        let makes_room = Neighbor { intent: Some(intent), ..said };
+        let mut planner = Lanes::new(Params::default(), IDENTITY);
+        let limits = Limits { speed_mps_max: 1.0, ..LIMITS };
+        let first = PlanInput { kind: BodyKind::Unicycle, limits, ..input() };
+        planner.plan(&first);
+        let plan = planner.plan(&PlanInput { tick: 1, neighbors: &[makes_room], ..first });
+        plan.intent.expect("it says what it is about").yields
     };
     assert!(yields([0.45, 0.0]));
     // It makes room itself, for this one: if that made this one make room, neither would ever stop to.
