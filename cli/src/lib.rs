@@ -9,6 +9,7 @@
 //! ```
 
 pub mod args;
+pub mod begin;
 mod beside;
 pub mod exit;
 pub mod file;

@@ -1,13 +1,13 @@
 //! `shoal run`: a scenario from its text to its report.
 
 use crate::args::{Format, RunArgs};
+use crate::begin;
 use crate::beside::View;
 use crate::exit::{self, Failure};
 use crate::file::{Files, STANDARD};
 use crate::out;
 use crate::progress::{Progress, ProgressState};
 use crate::record::RecordPlace;
-use crate::verbs::pace;
 use crate::{sink, source};
 use bus::clock;
 use daemon::coordinator::{self, News};
@@ -37,7 +37,7 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     if !scenario.warnings.is_empty() {
         out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
     }
-    let mut start = pace::start(&options.start, scenario.clock.mode)?;
+    let mut start = begin::start(&options.start, scenario.clock.mode)?;
     let mut files = files_of(&options.scenario, &scenario);
     // A report that goes to standard output goes there alone.
     let (named, format) = match options.report.as_deref() {

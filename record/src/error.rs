@@ -1,7 +1,6 @@
 //! Why a file is not a record that can be read.
 
 use crate::header::FORMAT;
-use crate::reader::Cut;
 use protocol::codec::CodecError;
 use std::io;
 
@@ -35,4 +34,23 @@ pub enum RecordError {
     /// Its parts are not what this binary writes.
     #[error("it is a record that another build of shoal wrote: {0}")]
     Codec(#[from] CodecError),
+}
+
+/// Why a record ends before its end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// The file ends here, bytes from its beginning: the run was killed, the disk was full, or it is a part of a copy. Or it
+    /// is still being written.
+    Ends(u64),
+    /// What stands here is not what a record has, bytes from its beginning.
+    Damaged(u64),
+}
+
+impl std::fmt::Display for Cut {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Cut::Ends(at) => write!(f, "it is cut off after {at} bytes"),
+            Cut::Damaged(at) => write!(f, "it is damaged from byte {at} on"),
+        }
+    }
 }

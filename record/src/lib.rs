@@ -36,12 +36,12 @@ mod writer;
 
 #[doc(hidden)]
 pub use container::unpacked;
-pub use error::RecordError;
+pub use error::{Cut, RecordError};
 pub use export::{ExportError, ExportFormat, export};
 pub use figures::{Counted, Figures, Spread};
 pub use frame::Body;
 pub use header::{About, Ending, FORMAT, time_ns};
 pub use identity::build;
 pub use moment::{Added, InputSource, Moment};
-pub use reader::{Cut, Frame, Frames, Input, Inputs, Record};
+pub use reader::{Frame, Frames, Input, Inputs, Record};
 pub use sink::{Count, Sink};

@@ -4,7 +4,7 @@
 //! late. A record that was cut off is what there is up to its last whole chunk.
 
 use crate::container::{self, Entry, HEAD, MAGIC, kind};
-use crate::error::RecordError;
+use crate::error::{Cut, RecordError};
 use crate::figures::{self, Figures};
 use crate::frame::{Body, Tracks};
 use crate::header::{self, About, Ending, FORMAT};
@@ -27,25 +27,6 @@ const EVENTS_MAX: usize = 100_000;
 const ADDED_MAX: usize = 16 * MAX_ROBOTS;
 /// The heads of what is walked over are read in pieces of this size, bytes.
 const WINDOW: usize = 16 * 1024;
-
-/// Why a record ends before its end.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Cut {
-    /// The file ends here, bytes from its beginning: the run was killed, the disk was full, or it is a part of a copy. Or it
-    /// is still being written.
-    Ends(u64),
-    /// What stands here is not what a record has, bytes from its beginning.
-    Damaged(u64),
-}
-
-impl std::fmt::Display for Cut {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Cut::Ends(at) => write!(f, "it is cut off after {at} bytes"),
-            Cut::Damaged(at) => write!(f, "it is damaged from byte {at} on"),
-        }
-    }
-}
 
 /// What is in a chunk besides frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,9 @@
 //! Records as a whole: what was written, and what is read of it, whole, cut and damaged.
 
+use crate::error::Cut;
 use crate::header::{Ending, FORMAT};
 use crate::moment::{Added, InputSource, Moment};
-use crate::reader::{Cut, Record};
+use crate::reader::Record;
 use crate::writer::{Gap, RecordWriter};
 use crate::{Body, RecordError};
 use model::{Event, EventKind, Outcome, RobotIndex, RobotInstance, Scenario};

@@ -43,7 +43,7 @@ fn kills_stops_tasks_and_robots_that_come_are_the_same_again() {
     let tick = fleet.tick();
     fleet.wait_tick(tick + 60);
     signal(paused, Signal::CONT);
-    shoal(&["add", "--fleet", &id, "--id", "new", "--start", "0,-2", "--goal", "9,-2"]).expect(0);
+    shoal(&["add", "--fleet", &id, "--id", "new", "--start", "0,5.5", "--goal", "9,5.5"]).expect(0);
     shoal(&["task", "send", "--fleet", &id, "c", "3,3", "--now"]).expect(0);
     shoal(&["restart", "--fleet", &id, "c"]).expect(0);
     wait_for("the new robot to drive", || {

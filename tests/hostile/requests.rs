@@ -366,7 +366,23 @@ impl Fleet {
                 break;
             }
         }
+        self.cut_steps_short();
         assert!(self.asked.is_empty() && self.coordinator.unanswered() == 0, "{:?} without an answer", self.asked);
+    }
+
+    /// Steps of which there are very many end with a pause.
+    fn cut_steps_short(&mut self) {
+        if self.asked.is_empty() || !self.asked.iter().all(|ticket| matches!(ticket, Ticket::Pace(_))) {
+            return;
+        }
+        let answer = self.coordinator.request(&Request::Pace(PaceChange::Pause), &|_, _| None);
+        let Answer::Later(ticket) = answer else { panic!("the world is asked to pause: {answer:?}") };
+        self.asked.insert(ticket);
+        self.act();
+        for notice in self.world.take_notices() {
+            self.coordinator.notice(notice);
+        }
+        self.act();
     }
 
     fn check_bounds(&self) {

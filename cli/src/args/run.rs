@@ -158,8 +158,8 @@ pub struct PlotArgs {
 Examples:
   shoal run demo-15 --record demo.mcap
   shoal replay demo.mcap                     what happened in the run
-  shoal replay demo.mcap --verify            is it what the record says, to the bit?
-  shoal replay demo.mcap --against two.mcap  where do two runs part, and how far?
+  shoal replay demo.mcap --verify            is it what the record says?
+  shoal replay demo.mcap --against two.mcap  where do two runs part?
 
 Exit codes: 0 equal, 1 not equal, 2 not a record. A record that is cut off is
 compared as far as it goes.")]

@@ -12,7 +12,7 @@ Examples:
   shoal view --fleet lab
   shoal view --port 8080        for a tunnel: ssh -L 8080:127.0.0.1:8080 HOST
   shoal view run.mcap           plays a record
-  shoal view lanes.mcap orca.mcap   two records, side by side or on top of each other
+  shoal view lanes.mcap orca.mcap   compares two records
 
 It prints the address to open and serves until Ctrl-C. The address is for this
 machine only and holds a token that is new each time: without it nobody sees or

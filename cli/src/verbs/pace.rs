@@ -2,13 +2,12 @@
 //! fast.
 
 use super::fleet;
-use crate::args::{Format, PauseArgs, ResumeArgs, StartArgs, StepArgs};
+use crate::args::{Format, PauseArgs, ResumeArgs, StepArgs};
 use crate::exit::{self, Failure};
 use crate::out;
 use bus::clean::FleetEntry;
 use bus::{Address, clock};
-use daemon::supervisor::Start;
-use model::{Mode, PaceChange, PaceState, Rate};
+use model::{PaceChange, PaceState, Rate};
 use protocol::operator_to_daemon::{Reply, Request, Status};
 use serde_json::json;
 
@@ -100,24 +99,5 @@ fn tell(format: Format, entry: &FleetEntry, state: &PaceState, words: &str) -> R
             "time_s": state.time_s, "paused": state.paused, "until_tick": state.until_tick, "rate": state.rate.factor(),
         })),
         Format::Text => out::data(&format!("fleet {} {words}\n", named(entry))),
-    }
-}
-
-/// How a fleet in this clock mode begins.
-///
-/// # Errors
-/// With exit code 2, when that mode cannot.
-pub fn start(options: &StartArgs, mode: Mode) -> Result<Start<'static>, Failure> {
-    let asked = if options.paused { "--paused" } else { "--rate" };
-    let refused = |why: &str| {
-        Err(Failure::usage(format!("`{asked}`: {why}"))
-            .hint("add `--mode lockstep`: every robot is a process there, and waits for the ticks"))
-    };
-    match mode {
-        Mode::Realtime if options.paused || options.rate.is_some() => {
-            refused("in `realtime` every robot has its own timer: there are no ticks to hold")
-        }
-        Mode::Single if options.paused => refused("in `single` no other command reaches the run to let it go on"),
-        _ => Ok(Start { paused: options.paused, rate: options.rate.unwrap_or_default(), ..Start::default() }),
     }
 }

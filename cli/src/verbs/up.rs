@@ -1,7 +1,8 @@
 //! `shoal up`: a fleet that runs until it is stopped.
 
-use super::{fleet, pace};
+use super::fleet;
 use crate::args::{Format, UpArgs};
+use crate::begin;
 use crate::exit::{self, Failure};
 use crate::run::{Terminal, facts_of};
 use crate::sink::ReportFile;
@@ -57,7 +58,7 @@ impl Fleet {
                 .hint("`shoal ps` shows the fleets; with a SCENARIO, `shoal up --adopt` starts it if there is none"));
         };
         let mode = Mode::from(options.mode);
-        let start = pace::start(&options.start, mode)?;
+        let start = begin::start(&options.start, mode)?;
         let overrides = options.changes.overrides(Some(mode), None);
         let mut scenario = source::load(source, &overrides)?;
         if !scenario.warnings.is_empty() {
