@@ -10,6 +10,7 @@ mod run;
 mod service;
 mod sweep;
 mod task;
+mod top;
 mod values;
 mod view;
 
@@ -23,6 +24,7 @@ pub use run::*;
 pub use service::*;
 pub use sweep::*;
 pub use task::*;
+pub use top::*;
 pub use values::{Pose, not_an_option, parse_duration, parse_point, parse_pose};
 pub use view::*;
 
@@ -92,6 +94,8 @@ pub enum Verb {
     Clean(CleanArgs),
     /// Show the robots of a running fleet
     Ps(PsArgs),
+    /// Show a running fleet in the terminal, with keys to drive it
+    Top(TopArgs),
     /// Show the log of a fleet started with `shoal up`
     Logs(LogsArgs),
     /// Show latencies and pose ages of a running fleet
@@ -135,7 +139,7 @@ pub enum Verb {
     /// Cleans after a daemon that was killed; started by the daemon.
     #[command(hide = true)]
     Guardian(GuardianArgs),
-    /// A word that is no verb, or a verb that is not built yet.
+    /// A word that is no verb.
     #[command(external_subcommand)]
     Other(Vec<OsString>),
 }

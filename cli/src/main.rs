@@ -60,7 +60,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Logs(options) => done(verbs::logs::run(options)),
         Verb::Plot(options) => done(verbs::plot::plot(options)),
         Verb::Replay(options) => verbs::replay::run(options),
-        Verb::Export(options) => done(verbs::export::export(options, &mut |_, _| {})),
+        Verb::Export(options) => done(verbs::export::export(options)),
         Verb::Reproduce(options) => verbs::reproduce::run(options),
         Verb::Bench(verb) => verbs::bench::run(verb),
         Verb::Validate(options) => verbs::validate::run(options),
@@ -69,6 +69,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Doctor(options) => verbs::doctor::run(options),
         Verb::Clean(options) => done(verbs::clean::run(options)),
         Verb::Ps(options) => verbs::ps::run(options),
+        Verb::Top(options) => verbs::top::run(options),
         Verb::Latency(options) => done(verbs::latency::run(options)),
         Verb::Sweep(options) => verbs::sweep::run(options),
         Verb::Stress(options) => verbs::stress::run(options),
@@ -85,7 +86,7 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Bare(options) => done(verbs::internal::bare(options)),
         Verb::Janitor(options) => done(daemon::janitor::main(&options.root, options.parent).map_err(Failure::from)),
         Verb::Guardian(options) => done(daemon::guardian::main(&options.root).map_err(Failure::from)),
-        Verb::Other(words) => Err(verbs::unbuilt::refuse(words)),
+        Verb::Other(words) => Err(verbs::unknown::refuse(words)),
     }
 }
 

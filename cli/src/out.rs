@@ -90,6 +90,12 @@ pub fn stdout_width() -> usize {
     columns(io::stdout()).unwrap_or(80)
 }
 
+/// Rows of the terminal on standard output; `None` if it is none.
+pub fn stdout_rows() -> Option<usize> {
+    let size = termios::tcgetwinsize(io::stdout()).ok()?;
+    (size.ws_row > 0).then_some(size.ws_row as usize)
+}
+
 /// Columns of the terminal on standard error; `None` if it is none.
 pub fn stderr_terminal_width() -> Option<usize> {
     io::stderr().is_terminal().then(|| columns(io::stderr()).unwrap_or(80))

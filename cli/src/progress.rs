@@ -9,6 +9,11 @@ use std::time::{Duration, Instant};
 const TERMINAL_EVERY: Duration = Duration::from_millis(100);
 /// Elsewhere there is a line at most this often.
 const PLAIN_EVERY: Duration = Duration::from_secs(5);
+/// The same for a bar.
+const BAR_PLAIN_EVERY: Duration = Duration::from_secs(10);
+/// A bar is no shorter and no longer, in characters.
+const BAR_WIDTH_MIN: usize = 8;
+const BAR_WIDTH_MAX: usize = 30;
 
 /// The run at this moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -128,6 +133,9 @@ impl Drop for Progress {
 #[derive(Debug)]
 pub struct Live {
     terminal: bool,
+    /// Nothing is said where there is no terminal.
+    is_silent: bool,
+    plain_every: Duration,
     shown: Option<Instant>,
     line: String,
 }
@@ -135,18 +143,27 @@ pub struct Live {
 impl Live {
     /// Nothing to say yet.
     pub fn new() -> Live {
+        Live::every(PLAIN_EVERY)
+    }
+
+    /// The same; where there is no terminal, lines come no more often than this.
+    fn every(plain_every: Duration) -> Live {
         let terminal = out::stderr_terminal_width().is_some();
-        Live { terminal, shown: (!terminal).then(now), line: String::new() }
+        Live { terminal, is_silent: false, plain_every, shown: (!terminal).then(now), line: String::new() }
+    }
+
+    /// Whether it is time to say something.
+    fn is_due(&self) -> bool {
+        let every = if self.terminal { TERMINAL_EVERY } else { self.plain_every };
+        !self.is_silent && self.shown.is_none_or(|shown| now().duration_since(shown) >= every)
     }
 
     /// Says what comes next, if it is time to.
     pub fn say(&mut self, what: &str) {
-        let every = if self.terminal { TERMINAL_EVERY } else { PLAIN_EVERY };
-        let now = now();
-        if self.shown.is_some_and(|shown| now.duration_since(shown) < every) {
+        if !self.is_due() {
             return;
         }
-        self.shown = Some(now);
+        self.shown = Some(now());
         if !self.terminal {
             return out::talk(what);
         }
@@ -173,6 +190,80 @@ impl Default for Live {
 impl Drop for Live {
     fn drop(&mut self) {
         self.finish();
+    }
+}
+
+/// How far a long work is: a bar with an estimate of the time left, on one line of a terminal; elsewhere a line now and then.
+#[derive(Debug)]
+pub struct Bar {
+    live: Live,
+    /// When the first step was told, and how many had been done by then.
+    since: Option<(Instant, u64)>,
+}
+
+impl Bar {
+    /// Nothing has been done yet.
+    pub fn new() -> Bar {
+        Bar { live: Live::every(BAR_PLAIN_EVERY), since: None }
+    }
+
+    /// The same, and nothing is printed where there is no terminal.
+    pub fn on_terminal() -> Bar {
+        let mut bar = Bar::new();
+        bar.live.is_silent = !bar.live.terminal;
+        bar
+    }
+
+    /// Shows that this much is done, if it is time to; `what` is it that is done. It may be called as often as is convenient: a
+    /// callback `|done, total| bar.at(done, total, "...")` will do.
+    pub fn at(&mut self, done: u64, total: u64, what: &str) {
+        if !self.live.is_due() {
+            return;
+        }
+        let now = now();
+        let (began, first) = *self.since.get_or_insert((now, done));
+        let left_s = left_s(done.saturating_sub(first), total.saturating_sub(done), now.duration_since(began));
+        let width = if self.live.terminal { out::stderr_terminal_width().unwrap_or(80).saturating_sub(1) } else { 0 };
+        self.live.say(&bar_line(what, done, total, left_s, width));
+    }
+
+    /// Takes the line away.
+    pub fn finish(&mut self) {
+        self.live.finish();
+    }
+}
+
+impl Default for Bar {
+    fn default() -> Bar {
+        Bar::new()
+    }
+}
+
+/// How long the rest takes if it goes on like this, s; `None` before that can be said.
+fn left_s(done: u64, left: u64, took: Duration) -> Option<f64> {
+    let took_s = took.as_secs_f64();
+    (done > 0 && took_s >= 0.5).then(|| took_s / done as f64 * left as f64)
+}
+
+/// The most important first: a narrow terminal cuts the end. The bar takes what is left, if that is worth it.
+fn bar_line(what: &str, done: u64, total: u64, left_s: Option<f64>, width: usize) -> String {
+    let share = if total == 0 { 1.0 } else { (done as f64 / total as f64).min(1.0) };
+    let left = left_s.map_or_else(String::new, |seconds| format!("  {} left", duration(seconds)));
+    let line = format!("{:3.0} %{left}  {what}", (share * 100.0).floor());
+    let room = width.saturating_sub(line.chars().count() + 4).min(BAR_WIDTH_MAX);
+    if room < BAR_WIDTH_MIN {
+        return line;
+    }
+    let full = (share * room as f64).floor() as usize;
+    format!("{line}  [{}{}]", "#".repeat(full), ".".repeat(room - full))
+}
+
+/// A length of time, to a digit or two.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 99.5 => format!("{s:.0} s"),
+        s if s < 99.5 * 60.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
     }
 }
 
@@ -212,6 +303,22 @@ mod tests {
 
     const FRAME: Frame = Frame { ticks_max: 3000, tick_hz: 50.0 };
     const STATE: ProgressState = ProgressState { tick: 610, robots: 15, arrived: 3, contacts: 0, wall_s: 12.21 };
+
+    #[test]
+    fn a_bar_says_how_far_it_is_and_how_long_the_rest_takes() {
+        let check = |done, total, left_s, width, expected: &str| {
+            assert_eq!(bar_line("ring.rec", done, total, left_s, width), expected);
+        };
+        check(0, 100, None, 60, "  0 %  ring.rec  [..............................]");
+        check(45, 100, Some(12.3), 60, " 45 %  12 s left  ring.rec  [#############.................]");
+        check(999, 1000, Some(7200.0), 40, " 99 %  2.0 h left  ring.rec  [#########.]");
+        // It is done when all is done; and there is no bar where there is no room, or no terminal.
+        check(1000, 1000, Some(0.0), 30, "100 %  0 s left  ring.rec");
+        check(3, 0, Some(100.0), 0, "100 %  2 min left  ring.rec");
+        assert_eq!(left_s(0, 9, Duration::from_secs(9)), None);
+        assert_eq!(left_s(5, 9, Duration::from_millis(400)), None, "too early to tell");
+        assert_eq!(left_s(5, 15, Duration::from_secs(10)), Some(30.0));
+    }
 
     #[test]
     fn one_line_says_it_all() {

@@ -9,7 +9,7 @@ use source::{Crate, circles, code_of, manifest_dependencies, workspace_root};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The crates in the order of the data flow: each depends on some of those above it, and on no other.
-const ROOMS: [&str; 21] = [
+const ROOMS: [&str; 22] = [
     "geometry",
     "model",
     "dynamics",
@@ -27,6 +27,7 @@ const ROOMS: [&str; 21] = [
     "view",
     "watch",
     "web",
+    "top",
     "sweep",
     "daemon",
     "cli",
@@ -62,6 +63,7 @@ const NAMES: [(&str, &[&str]); 14] = [
     ("rusqlite", &["daemon/src/service/store.rs", "sweep/src/database.rs"]),
     ("axum", &["web"]),
     ("tokio", &["web"]),
+    ("ratatui", &["top"]),
     ("report::exit", &["cli"]),
     (
         "std::time",
@@ -73,6 +75,7 @@ const NAMES: [(&str, &[&str]); 14] = [
             "world-sim",
             "watch",
             "web",
+            "top",
             "record/src/sink.rs",
             "sweep/src/pool.rs",
         ],

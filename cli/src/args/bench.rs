@@ -16,7 +16,7 @@ pub enum BenchVerb {
     Startup(BenchStartupArgs),
     /// Measure the planning time of each planner
     Planners(BenchPlannersArgs),
-    /// A word that is no verb, or a verb that is not built yet.
+    /// A word that is no verb.
     #[command(external_subcommand)]
     Other(Vec<OsString>),
 }

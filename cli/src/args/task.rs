@@ -33,7 +33,7 @@ pub enum TaskVerb {
     Cancel(OneTaskArgs),
     /// Wait until tasks are done
     Wait(TaskWaitArgs),
-    /// A word that is no verb, or a verb that is not built yet.
+    /// A word that is no verb.
     #[command(external_subcommand)]
     Other(Vec<OsString>),
 }

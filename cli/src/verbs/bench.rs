@@ -9,7 +9,7 @@ mod realtime;
 mod scene;
 mod startup;
 
-use super::unbuilt;
+use super::unknown;
 use crate::args::BenchVerb;
 use crate::exit::Failure;
 
@@ -23,6 +23,6 @@ pub fn run(verb: &BenchVerb) -> Result<i32, Failure> {
         BenchVerb::Realtime(options) => realtime::run(options),
         BenchVerb::Startup(options) => startup::run(options),
         BenchVerb::Planners(options) => planners::run(options),
-        BenchVerb::Other(words) => Err(unbuilt::refuse_bench(words)),
+        BenchVerb::Other(words) => Err(unknown::refuse_bench(words)),
     }
 }

@@ -3,16 +3,21 @@
 use crate::args::{ExportArgs, ExportTo};
 use crate::exit::Failure;
 use crate::file::{Files, STANDARD};
+use crate::progress::Bar;
 use crate::{out, record};
 use ::record::{ExportError, ExportFormat, Record};
 use std::io::{self, IsTerminal};
 use std::path::Path;
 
-/// Writes a record as another format; `progress` hears how many parts are done, of how many.
+/// Writes a record as another format.
 ///
 /// # Errors
 /// With exit code 2, when there is no record; with 3, when the export cannot be written.
-pub fn export(options: &ExportArgs, progress: &mut dyn FnMut(u64, u64)) -> Result<(), Failure> {
+pub fn export(options: &ExportArgs) -> Result<(), Failure> {
+    let is_shown = options.out.as_deref() == Some(Path::new(STANDARD)) && io::stdout().is_terminal();
+    let (mut bar, what) = (Bar::new(), options.file.display().to_string());
+    // Not between the lines of what is exported.
+    let progress = &mut |done, total| if !is_shown { bar.at(done, total, &what) };
     let format = match options.to {
         ExportTo::McapRos2 => ExportFormat::McapRos2,
         ExportTo::Csv => ExportFormat::Csv,

@@ -1,6 +1,6 @@
 //! `shoal inject`: something is done to a robot of a running fleet.
 
-use super::{fleet, unbuilt};
+use super::{fleet, unknown};
 use crate::args::{Format, InjectArgs, InjectVerb, LastingArgs};
 use crate::exit::Failure;
 use crate::out;
@@ -23,7 +23,7 @@ pub fn run(verb: &InjectVerb) -> Result<(), Failure> {
         InjectVerb::Drop(options) => lasting(&options.lasting, Fault::Drop { share: options.share }),
         InjectVerb::Noise(options) => lasting(&options.lasting, Fault::Noise { sigma_m: options.sigma }),
         InjectVerb::SlowCpu(options) => lasting(&options.lasting, Fault::SlowCpu { ms: options.ms }),
-        InjectVerb::Other(words) => Err(unbuilt::refuse_inject(words)),
+        InjectVerb::Other(words) => Err(unknown::refuse_inject(words)),
     }
 }
 

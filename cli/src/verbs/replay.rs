@@ -2,6 +2,7 @@
 
 use crate::args::{Format, ReplayArgs};
 use crate::exit::{self, Failure};
+use crate::progress::Bar;
 use crate::{out, record, talk};
 use ::record::Record;
 use daemon::coordinator;
@@ -40,7 +41,10 @@ fn verify(options: &ReplayArgs, record: &Record) -> Result<i32, Failure> {
             about.version
         ));
     }
-    let verdict = of_record::verify(record, &mut |_, _| {}).map_err(|error| record::refused(&options.file, &error))?;
+    let (mut bar, what) = (Bar::new(), options.file.display().to_string());
+    let verified = of_record::verify(record, &mut |done, total| bar.at(done, total, &what));
+    bar.finish();
+    let verdict = verified.map_err(|error| record::refused(&options.file, &error))?;
     match options.format {
         Format::Json => out::json(&verdict_json(options, record, &verdict))?,
         Format::Text => out::data(&verdict_text(record, &verdict))?,

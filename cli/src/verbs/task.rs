@@ -1,6 +1,6 @@
 //! `shoal task`: something to do for the robots of a running fleet, and what became of it.
 
-use super::{fleet, unbuilt};
+use super::{fleet, unknown};
 use crate::args::{AssignArg, Format, OneTaskArgs, TaskListArgs, TaskSendArgs, TaskVerb, TaskWaitArgs};
 use crate::exit::{self, Failure};
 use crate::out;
@@ -27,7 +27,7 @@ pub fn run(verb: &TaskVerb) -> Result<i32, Failure> {
         TaskVerb::Show(options) => show(options).map(|()| exit::OK),
         TaskVerb::Cancel(options) => cancel(options).map(|()| exit::OK),
         TaskVerb::Wait(options) => wait(options),
-        TaskVerb::Other(words) => Err(unbuilt::refuse_task(words)),
+        TaskVerb::Other(words) => Err(unknown::refuse_task(words)),
     }
 }
 

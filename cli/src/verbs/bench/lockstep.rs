@@ -9,6 +9,7 @@ use super::scene::Scene;
 use crate::args::BenchLoopArgs;
 use crate::exit::{self, Failure};
 use crate::out;
+use crate::progress::Bar;
 use bus::{Gate, clock};
 use daemon::coordinator::News;
 use daemon::signals::Interrupted;
@@ -125,18 +126,24 @@ fn duel(
     let scenario = scene.scenario()?;
     let turn = (ticks / TURNS_MIN).clamp(1, Gate::TRACED * 3 / 4);
     let crew = Crew::start(robots)?;
+    let turns = ticks.div_ceil(turn) + 1;
     let mut duel = Duel {
         crew,
+        bar: Bar::on_terminal(),
+        what: format!("{robots} robots, {planner}"),
+        turns_all: turns,
         interrupted,
         turn,
-        turns: ticks.div_ceil(turn) + 1,
+        turns,
         fleet: None,
         seen: 0,
         measured: Vec::new(),
         held: Vec::new(),
         failure: None,
     };
-    let finished = supervisor::run(scenario, Start::default(), &mut duel)?.undisturbed()?;
+    let finished = supervisor::run(scenario, Start::default(), &mut duel);
+    duel.bar.finish();
+    let finished = finished?.undisturbed()?;
     if let Some(failure) = duel.failure {
         return Err(failure);
     }
@@ -214,6 +221,11 @@ struct Duel<'a> {
     turn: u64,
     /// Turns to come.
     turns: u64,
+    /// All turns.
+    turns_all: u64,
+    /// How far it is, and with what.
+    bar: Bar,
+    what: String,
     fleet: Option<Fleet>,
     /// The newest tick when the fleet was last stopped.
     seen: u64,
@@ -238,6 +250,7 @@ impl Watch for Duel<'_> {
     fn progress(&mut self, _: &bus::Progress, _: f64) {
         if !self.enough() {
             self.failure = self.take_turns().err();
+            self.bar.at(self.turns_all - self.turns, self.turns_all, &self.what);
         }
         // A world that is to end must not be stopped.
         if let Some(fleet) = self.fleet.as_ref().filter(|_| self.enough()) {
@@ -246,12 +259,14 @@ impl Watch for Duel<'_> {
     }
 
     fn say(&mut self, line: &str) {
+        self.bar.finish();
         out::talk(line);
     }
 
     fn news(&mut self, kind: News, line: &str) {
         // That it stops the world is what this bench does.
         if ![News::WorldStopped, News::WorldGoesOn].contains(&kind) {
+            self.bar.finish();
             out::talk(line);
         }
     }

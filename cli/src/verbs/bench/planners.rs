@@ -12,7 +12,7 @@ mod text;
 use crate::args::{BenchPlannersArgs, Format};
 use crate::exit::{self, Failure};
 use crate::out;
-use crate::progress::Live;
+use crate::progress::Bar;
 use crate::verbs::planners::find;
 use bus::clock;
 use cell::Cell;
@@ -111,15 +111,17 @@ pub(super) fn run(options: &BenchPlannersArgs) -> Result<i32, Failure> {
         names => names.iter().map(|name| find(name)).collect::<Result<_, _>>()?,
     };
     let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
-    let mut live = Live::new();
+    let mut bar = Bar::new();
     let clock_ns = cost_of_the_clock();
     let mut cells: Vec<Cell> =
         methods.iter().flat_map(|method| places().map(|(n, obstacles)| Cell::new(method, n, obstacles))).collect();
     let mut made = 0;
     while made < options.plans && !interrupted.yes() {
-        live.say(&format!("{made} of {} plans of every cell", options.plans));
         let batch = BATCH.min(options.plans - made);
-        for cell in &mut cells {
+        let places = cells.len() as u64;
+        for (place, cell) in cells.iter_mut().enumerate() {
+            let done = made as u64 * places + place as u64 * batch as u64;
+            bar.at(done, options.plans as u64 * places, &format!("{made} of {} plans of every cell", options.plans));
             for i in 0..WARM_UP + batch {
                 if cell.used_s() > CELL_S_MAX || interrupted.yes() {
                     break;
@@ -129,7 +131,7 @@ pub(super) fn run(options: &BenchPlannersArgs) -> Result<i32, Failure> {
         }
         made += batch;
     }
-    live.finish();
+    bar.finish();
     let measured: Vec<Measured> = cells.iter().filter_map(Cell::measured).collect();
     let verdicts: Vec<Verdict> = measured.iter().filter_map(Verdict::of).collect();
     match options.format {

@@ -6,6 +6,7 @@ use super::scene::Scene;
 use crate::args::BenchRealtimeArgs;
 use crate::exit::{self, Failure};
 use crate::out;
+use crate::progress::Bar;
 use bus::{Counter, StatsSnapshot};
 use daemon::coordinator::News;
 use daemon::signals::Interrupted;
@@ -113,7 +114,9 @@ fn measure(
         duration_s: options.seconds,
     };
     let mut found: Vec<[Found; 2]> = Vec::new();
-    for _ in 0..options.repetitions {
+    let (mut bar, what) = (Bar::on_terminal(), format!("{robots} robots at {rate_hz} Hz"));
+    for done in 0..options.repetitions {
+        bar.at(done.into(), options.repetitions.into(), &what);
         let fleet = fleet(&scene)?;
         crew::rest(Duration::from_millis(200), interrupted);
         if interrupted.yes() {

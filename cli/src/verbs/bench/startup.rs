@@ -7,6 +7,7 @@ use super::scene::Scene;
 use crate::args::BenchStartupArgs;
 use crate::exit::{self, Failure};
 use crate::out;
+use crate::progress::Bar;
 use crate::verbs::fleet;
 use bus::{Address, Gate, clock};
 use daemon::coordinator::News;
@@ -93,7 +94,9 @@ fn measure(robots: usize, repetitions: u32, interrupted: &Interrupted) -> Result
     let scenario = scene.scenario()?;
     let neighbors = Scene::in_range(&scenario, scene.place());
     let (mut starts, mut joins, mut pss) = (Vec::new(), Vec::new(), Vec::new());
-    for _ in 0..repetitions {
+    let (mut bar, what) = (Bar::on_terminal(), format!("{robots} robots"));
+    for done in 0..repetitions {
+        bar.at(done.into(), repetitions.into(), &what);
         let mut guest = Guest { scene, neighbors, joining: None, interrupted };
         let finished = supervisor::run(scenario.clone(), Start::default(), &mut guest)?.undisturbed()?;
         let joined = guest.joining.take().and_then(|thread| thread.join().ok());

@@ -1,13 +1,10 @@
-//! Words that are no verb, and verbs that are still to come: refused, with what to do instead.
+//! Words that are no verb: refused, with those that are.
 
 use crate::args::Cli;
 use crate::exit::Failure;
 use clap::CommandFactory;
 use std::ffi::OsString;
 use std::path::Path;
-
-/// Verbs that are still to come, and what does something like it today.
-const UNBUILT: &[(&str, &str)] = &[("top", "`shoal ps` shows a running fleet; `shoal run` shows its progress")];
 
 /// Refuses what was said in place of a verb.
 pub fn refuse(words: &[OsString]) -> Failure {
@@ -38,9 +35,6 @@ pub fn refuse_bench(words: &[OsString]) -> Failure {
 fn refuse_below(command: &clap::Command, before: &str, words: &[OsString]) -> Failure {
     let word = words.first().map(|word| word.to_string_lossy()).unwrap_or_default();
     let name = format!("{before}{word}");
-    if let Some((_, instead)) = UNBUILT.iter().find(|(verb, _)| *verb == name) {
-        return Failure::usage(format!("`shoal {name}` is not built yet")).hint(*instead);
-    }
     let known: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
     let failure = Failure::usage(format!("unknown verb `{name}`"));
@@ -71,18 +65,9 @@ mod tests {
             assert!(text.contains(&format!("error: {message}\n")) && text.contains(hint), "{text}");
         };
         let say = |word: &str| refuse(&[word.into(), "more".into(), "--words".into()]);
-        check(say("top"), "`shoal top` is not built yet", "`shoal ps`");
         check(say("valdiate"), "unknown verb `valdiate`", "did you mean `validate`?");
         check(say("ring.toml"), "unknown verb `ring.toml`", "`shoal run ring.toml`");
         check(say("demo-15"), "unknown verb `demo-15`", "`shoal run demo-15`");
         check(refuse_task(&["sned".into()]), "unknown verb `task sned`", "did you mean `send`?");
-    }
-
-    #[test]
-    fn what_is_built_is_not_in_the_list() {
-        let command = Cli::command();
-        for (verb, _) in UNBUILT {
-            assert!(command.find_subcommand(verb).is_none(), "{verb}");
-        }
     }
 }
