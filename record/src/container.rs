@@ -132,9 +132,58 @@ pub(crate) fn head(bytes: &[u8; HEAD]) -> (u8, u64) {
     (*kind, u64::from_le_bytes(length.to_owned()))
 }
 
+/// What a record of the file holds. The library takes memory for a text as long as the text says it is before it looks whether
+/// that is there: so it is looked for here, first.
+fn parsed(opcode: u8, data: &[u8]) -> Option<Record<'_>> {
+    let mut texts = Texts(data);
+    match opcode {
+        op::HEADER => texts.text().and_then(|()| texts.text()),
+        op::METADATA => texts.text().and_then(|()| texts.pairs()),
+        op::ATTACHMENT => texts.skip(16).and_then(|()| texts.text()).and_then(|()| texts.text()),
+        op::CHUNK => texts.skip(28).and_then(|()| texts.text()),
+        op::CHANNEL => {
+            texts.skip(4).and_then(|()| texts.text()).and_then(|()| texts.text()).and_then(|()| texts.pairs())
+        }
+        op::MESSAGE => Some(()),
+        _ => None,
+    }?;
+    parse_record(opcode, data).ok()
+}
+
+/// Goes over texts, each behind its length.
+struct Texts<'a>(&'a [u8]);
+
+impl Texts<'_> {
+    fn skip(&mut self, length: usize) -> Option<()> {
+        self.0 = self.0.get(length..)?;
+        Some(())
+    }
+
+    /// The length that stands here, bytes.
+    fn length(&mut self) -> Option<usize> {
+        let length = u32::from_le_bytes(*self.0.first_chunk()?) as usize;
+        self.skip(4).map(|()| length)
+    }
+
+    fn text(&mut self) -> Option<()> {
+        let length = self.length()?;
+        self.skip(length)
+    }
+
+    /// Keys and values, behind the length of them all.
+    fn pairs(&mut self) -> Option<()> {
+        let length = self.length()?;
+        let mut inner = Texts(self.0.get(..length)?);
+        while !inner.0.is_empty() {
+            inner.text()?;
+        }
+        self.skip(length)
+    }
+}
+
 /// The library that a file says it was written with.
 pub(crate) fn library(header: &[u8]) -> Option<String> {
-    match parse_record(op::HEADER, header).ok()? {
+    match parsed(op::HEADER, header)? {
         Record::Header(header) => Some(header.library),
         _ => None,
     }
@@ -142,7 +191,7 @@ pub(crate) fn library(header: &[u8]) -> Option<String> {
 
 /// Name and pairs of a metadata record.
 pub(crate) fn metadata(record: &[u8]) -> Option<(String, BTreeMap<String, String>)> {
-    match parse_record(op::METADATA, record).ok()? {
+    match parsed(op::METADATA, record)? {
         Record::Metadata(metadata) => Some((metadata.name, metadata.metadata)),
         _ => None,
     }
@@ -153,7 +202,7 @@ pub(crate) fn attachment(record: &[u8]) -> Option<(String, &[u8])> {
     if record.len() < 40 {
         return None;
     }
-    match parse_record(op::ATTACHMENT, record).ok()? {
+    match parsed(op::ATTACHMENT, record)? {
         Record::Attachment { header, data: Cow::Borrowed(data), .. } => Some((header.name, data)),
         _ => None,
     }
@@ -175,16 +224,19 @@ pub(crate) enum Entry<'a> {
 
 /// Goes through a chunk whose checksum fits, given with its head; `None` for what is not one.
 pub(crate) fn chunk(bytes: &[u8], mut see: impl FnMut(Entry) -> Option<()>) -> Option<()> {
-    chunk_records(bytes, |opcode, data| match parse_record(opcode, data).ok()? {
-        Record::Channel(channel) => see(Entry::Channel(channel.id, &channel.topic)),
-        Record::Message { header, data } => see(Entry::Message(header.channel_id, &data)),
+    chunk_records(bytes, |opcode, data| match opcode {
+        op::CHANNEL | op::MESSAGE => match parsed(opcode, data)? {
+            Record::Channel(channel) => see(Entry::Channel(channel.id, &channel.topic)),
+            Record::Message { header, data } => see(Entry::Message(header.channel_id, &data)),
+            _ => Some(()),
+        },
         _ => Some(()),
     })
 }
 
 /// Unpacks a chunk and goes through its records: opcode and content.
 fn chunk_records(bytes: &[u8], mut see: impl FnMut(u8, &[u8]) -> Option<()>) -> Option<()> {
-    let Record::Chunk { header, .. } = parse_record(op::CHUNK, bytes.get(HEAD..)?).ok()? else { return None };
+    let Record::Chunk { header, .. } = parsed(op::CHUNK, bytes.get(HEAD..)?)? else { return None };
     let packed = header.compression == "lz4";
     let room = if packed { LZ4_RATIO_MAX.saturating_mul(header.compressed_size) } else { header.compressed_size };
     if header.uncompressed_size > room.min(UNPACKED_MAX) {

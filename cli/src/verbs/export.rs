@@ -17,7 +17,11 @@ pub fn export(options: &ExportArgs) -> Result<(), Failure> {
     let is_shown = options.out.as_deref() == Some(Path::new(STANDARD)) && io::stdout().is_terminal();
     let (mut bar, what) = (Bar::new(), options.file.display().to_string());
     // Not between the lines of what is exported.
-    let progress = &mut |done, total| if !is_shown { bar.at(done, total, &what) };
+    let progress = &mut |done, total| {
+        if !is_shown {
+            bar.at(done, total, &what)
+        }
+    };
     let format = match options.to {
         ExportTo::McapRos2 => ExportFormat::McapRos2,
         ExportTo::Csv => ExportFormat::Csv,
