@@ -32,4 +32,5 @@ mod standstill;
 mod support;
 mod tasks;
 mod timeline;
+mod top;
 mod web;

@@ -52,7 +52,7 @@ const ONLY: [(&str, &[&str]); 13] = [
 ];
 
 /// Names that only these crates may write, and files if a room is larger than it should be.
-const NAMES: [(&str, &[&str]); 14] = [
+const NAMES: [(&str, &[&str]); 15] = [
     ("clap", &["cli"]),
     ("rapier2d_f64", &["dynamics"]),
     ("plotters", &["view"]),

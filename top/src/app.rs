@@ -20,7 +20,7 @@ const TYPED_MAX: usize = 40;
 
 /// What a key asks for.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Wish {
+pub(crate) enum Wish {
     /// The daemon is asked for this; its answer is shown.
     Ask(Request),
     /// The end.
@@ -29,7 +29,7 @@ pub enum Wish {
 
 /// What keys are for at the moment.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Input {
+pub(crate) enum Input {
     /// Commands.
     #[default]
     Command,
@@ -45,7 +45,7 @@ pub enum Input {
 
 /// What a narrow terminal shows below the header.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Pane {
+pub(crate) enum Pane {
     /// The robots.
     #[default]
     Table,
@@ -57,7 +57,7 @@ pub enum Pane {
 
 /// A line about what was asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Said {
+pub(crate) struct Said {
     /// It was done, or is under way.
     pub is_good: bool,
     /// The line.
@@ -66,7 +66,7 @@ pub struct Said {
 
 /// Everything that is shown.
 #[derive(Clone, Debug)]
-pub struct App {
+pub(crate) struct App {
     /// What stays as it is.
     pub fleet: Fleet,
     /// Where everything is.
@@ -96,7 +96,7 @@ pub struct App {
 
 impl App {
     /// Of a fleet of which nothing else is known yet.
-    pub fn new(fleet: Fleet) -> App {
+    pub(crate) fn new(fleet: Fleet) -> App {
         App {
             fleet,
             frame: Frame::default(),
@@ -115,7 +115,7 @@ impl App {
     }
 
     /// A look at where everything is.
-    pub fn take_frame(&mut self, frame: Frame) {
+    pub(crate) fn take_frame(&mut self, frame: Frame) {
         for body in frame.bodies.iter().filter(|body| !body.is_obstacle()) {
             let trail = self.trails.entry(body.index).or_default();
             let [x_m, y_m] = body.position_m;
@@ -131,7 +131,7 @@ impl App {
     }
 
     /// A look at how everybody does.
-    pub fn take_vitals(&mut self, vitals: Vitals) {
+    pub(crate) fn take_vitals(&mut self, vitals: Vitals) {
         for record in &vitals.events {
             let robot = record.robot.as_deref().map_or_else(String::new, |robot| format!("{robot} "));
             let kind = record.event.kind.name().word();
@@ -146,41 +146,41 @@ impl App {
     }
 
     /// The daemon has answered.
-    pub fn take_reply(&mut self, reply: &Reply) {
+    pub(crate) fn take_reply(&mut self, reply: &Reply) {
         self.said = said(reply);
     }
 
     /// The robots that are shown, in their order on the screen.
-    pub fn rows(&self) -> Vec<Row> {
+    pub(crate) fn rows(&self) -> Vec<Row> {
         let Some(vitals) = &self.vitals else { return Vec::new() };
         rows(vitals, self.sort, self.reversed, &self.filter)
     }
 
     /// Which of these rows is selected: the first, if none was chosen.
-    pub fn selected_in(&self, rows: &[Row]) -> Option<usize> {
+    pub(crate) fn selected_in(&self, rows: &[Row]) -> Option<usize> {
         let chosen = self.selected.as_ref();
         rows.iter().position(|row| Some(&row.id) == chosen).or((!rows.is_empty()).then_some(0))
     }
 
     /// The selected robot.
-    pub fn selected(&self) -> Option<Row> {
+    pub(crate) fn selected(&self) -> Option<Row> {
         let rows = self.rows();
         let index = self.selected_in(&rows)?;
         rows.into_iter().nth(index)
     }
 
     /// Where a robot has been, the newest place last, m.
-    pub fn trail(&self, index: u32) -> impl Iterator<Item = [f64; 2]> {
+    pub(crate) fn trail(&self, index: u32) -> impl Iterator<Item = [f64; 2]> {
         self.trails.get(&index).into_iter().flatten().copied()
     }
 
     /// Whether the fleet's ticks are held.
-    pub fn is_paused(&self) -> bool {
+    pub(crate) fn is_paused(&self) -> bool {
         self.vitals.as_ref().is_some_and(|vitals| vitals.status.paused)
     }
 
     /// Somebody has pressed a key.
-    pub fn press(&mut self, key: Key) -> Option<Wish> {
+    pub(crate) fn press(&mut self, key: Key) -> Option<Wish> {
         if key == Key::Interrupt {
             return Some(Wish::Quit);
         }
@@ -204,7 +204,10 @@ impl App {
         match key {
             Key::Char('q') => return Some(Wish::Quit),
             Key::Char('?' | 'h') => self.input = Input::Help,
-            Key::Char('s') => self.sort = self.sort.next(),
+            Key::Char('s') => {
+                self.sort = self.sort.next();
+                self.say(true, &format!("sorted by {}", self.sort.word()));
+            }
             Key::Char('S') => self.reversed = !self.reversed,
             Key::Char('/') => self.input = Input::Filter,
             Key::Char('v') | Key::Tab => {
@@ -275,7 +278,7 @@ impl App {
     }
 
     /// Shows a line.
-    pub fn say(&mut self, is_good: bool, words: &str) {
+    pub(crate) fn say(&mut self, is_good: bool, words: &str) {
         self.said = Said { is_good, words: words.to_owned() };
     }
 

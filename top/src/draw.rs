@@ -36,7 +36,7 @@ const HELP: [(&str, &str); 13] = [
 ];
 
 /// Draws everything.
-pub fn draw(app: &App, frame: &mut Frame<'_>) {
+pub(crate) fn draw(app: &App, frame: &mut Frame<'_>) {
     let area = frame.area();
     let (head, body, foot) = parts(area);
     frame.render_widget(Paragraph::new(header(app, head)), head);

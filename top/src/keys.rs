@@ -2,7 +2,7 @@
 
 /// A key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Key {
+pub(crate) enum Key {
     /// A character.
     Char(char),
     /// Enter.
@@ -30,7 +30,7 @@ pub enum Key {
 }
 
 /// The keys in what was read in one piece. What is not known is left out.
-pub fn keys(bytes: &[u8]) -> Vec<Key> {
+pub(crate) fn keys(bytes: &[u8]) -> Vec<Key> {
     let (mut keys, mut rest) = (Vec::new(), bytes);
     while let Some((&first, after)) = rest.split_first() {
         let (key, next) = match first {

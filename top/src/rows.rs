@@ -7,7 +7,7 @@ use watch::{Load, Vitals};
 
 /// The column by which robots are sorted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sort {
+pub(crate) enum Sort {
     /// By their order in the scenario.
     #[default]
     Robot,
@@ -25,10 +25,10 @@ pub enum Sort {
 
 impl Sort {
     /// All of them, in the order of the key that changes it.
-    pub const ALL: [Sort; 6] = [Sort::Robot, Sort::State, Sort::Age, Sort::Misses, Sort::Cpu, Sort::Memory];
+    pub(crate) const ALL: [Sort; 6] = [Sort::Robot, Sort::State, Sort::Age, Sort::Misses, Sort::Cpu, Sort::Memory];
 
     /// Its column.
-    pub fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         match self {
             Sort::Robot => "robot",
             Sort::State => "state",
@@ -40,7 +40,7 @@ impl Sort {
     }
 
     /// The one after it.
-    pub fn next(self) -> Sort {
+    pub(crate) fn next(self) -> Sort {
         let at = Sort::ALL.iter().position(|sort| *sort == self).unwrap_or_default();
         Sort::ALL[(at + 1) % Sort::ALL.len()]
     }
@@ -48,7 +48,7 @@ impl Sort {
 
 /// A robot in the table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub(crate) struct Row {
     /// Its index.
     pub index: u32,
     /// Its name.
@@ -91,12 +91,12 @@ impl Row {
     }
 
     /// Its state in a word.
-    pub fn state(&self) -> &'static str {
+    pub(crate) fn state(&self) -> &'static str {
         if self.arrived { "arrived" } else { self.process.word() }
     }
 
     /// What it is doing: where it heads for, and how many goals come then.
-    pub fn goal(&self) -> String {
+    pub(crate) fn goal(&self) -> String {
         let Some([x_m, y_m]) = self.goal_m.filter(|goal| goal.iter().all(|m| m.is_finite())) else {
             return "-".to_owned();
         };

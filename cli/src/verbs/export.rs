@@ -37,15 +37,16 @@ pub fn export(options: &ExportArgs) -> Result<(), Failure> {
     files.read("the record", &options.file);
     let file = files.write("export", "--out", &target)?;
     let mut refused = None;
-    file.stream(|to| match ::record::export(&record, format, to, progress) {
+    let written = file.stream(|to| match ::record::export(&record, format, to, progress) {
         Ok(()) => Ok(()),
         Err(ExportError::Write(error)) => Err(error),
         Err(ExportError::Record(error)) => {
             refused = Some(record::refused(&options.file, &error));
             Err(io::ErrorKind::InvalidData.into())
         }
-    })
-    .map_err(|failure| refused.take().unwrap_or(failure))?;
+    });
+    bar.finish();
+    written.map_err(|failure| refused.take().unwrap_or(failure))?;
     out::data(&format!("{}\n", target.display()))
 }
 
