@@ -25,10 +25,6 @@
 //! |        | `turn_max_deg` | deg | 45   | wider roundabouts before robots close up       |
 //! |        | `heading_gain` | 1/s | 8.0  | a unicycle turns sharper                       |
 //!
-//! A body that has to turn before it drives (unicycle, diff-drive) is slow to evade, and slower to come back. So it queues: it
-//! keeps a gap to those before it while there is room, makes room only for those, does not back away from one that has way and stands, does not turn wider
-//! the more speed it has lost, and what it cannot drive because it is turning does not count as lost.
-//!
 //! A robot that tells no intent is taken to go on as it goes, and shares every evasion.
 //!
 //! Known limits: without a map it finds out about dead ends by driving into them. Without the filter nothing keeps robots from
@@ -38,13 +34,13 @@ use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::orca::{Mover, robot_plane};
 use crate::params::ParamError;
 use crate::planner::{Intent, Neighbor, Plan, PlanInput, Planner, solid};
-use crate::steering::{steer_to_goal, stoppable_speed, turnable};
+use crate::steering::{steer_to_goal, stoppable_speed};
 use crate::way::{Ahead, Sketch, Way};
+use geometry::HalfPlane;
 use geometry::half_planes::nearest_relaxed;
-use geometry::{HalfPlane, heading, wrap};
 use model::random::Stream;
 use model::{BodyKind, Drive, ParamValues, PlanState};
-use nalgebra::{Point2, Rotation2, Vector2, distance};
+use nalgebra::{Point2, Rotation2, Vector2};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Registry entry.
@@ -107,13 +103,6 @@ const PATIENCE: f64 = 30.0;
 const ASIDE: f64 = 8.0;
 /// What counts as progress, in radii.
 const PROGRESS: f64 = 0.1;
-/// How far a body that turns goes aside at most, in radii: most of its time goes into the turn.
-const ASIDE_FAR: f64 = 4.0;
-/// The gap that a body that turns keeps to those on their way, in radii, and of a gap that is smaller the share that it keeps.
-const GAP: f64 = 1.0;
-const GAP_SHARE: f64 = 0.9;
-/// A body that is able to drive less than this share of its wish because it is turning learns nothing about what hinders it.
-const ABLE_MIN: f64 = 0.01;
 
 /// What a robot has said, as both sides know it: rules that two robots apply to each other look at nothing else.
 #[derive(Clone, Copy, Debug)]
@@ -170,8 +159,8 @@ pub struct Lanes {
     lag: f64,
     /// The least way that was left so far, m, and the tick of that.
     best: (f64, u64),
-    /// It goes aside by this angle, rad, until this tick, from here, m.
-    aside: Option<(f64, u64, Point2<f64>)>,
+    /// It goes aside by this angle, rad, until this tick.
+    aside: Option<(f64, u64)>,
     /// It makes room for one that has way.
     yields: bool,
     others: Vec<Other>,
@@ -209,14 +198,11 @@ impl Planner for Lanes {
         let went = if input.kind == BodyKind::Point { velocity } else { input.velocity };
         let share = (input.dt_s / (LATELY * unit_s)).min(1.0);
         let wishes = wish.norm();
-        let able = able(wish, self.params.heading_gain, input);
-        if wishes <= SLOW * speed {
+        if wishes > SLOW * speed {
+            self.slow += share * ((1.0 - went.norm() / wishes).max(0.0) - self.slow);
+            self.lag += share * (1.0 - went.dot(&wish) / (wishes * speed.min(wishes)) - self.lag);
+        } else {
             (self.slow, self.lag) = (0.0, 0.0);
-        } else if able > ABLE_MIN {
-            let share = share * able;
-            self.slow += share * ((1.0 - went.norm() / (wishes * able)).max(0.0) - self.slow);
-            let lost = 1.0 - went.dot(&wish) / (wishes * able * speed.min(wishes));
-            self.lag += share * (if able < 1.0 { lost.max(0.0) } else { lost } - self.lag);
         }
         let intent =
             Intent { wish, left_m, way_m, corner, slow: self.slow as f32, lag: self.lag as f32, yields: self.yields };
@@ -225,7 +211,8 @@ impl Planner for Lanes {
         let drive = match input.kind {
             BodyKind::Point => Drive::Velocity(velocity),
             BodyKind::Unicycle | BodyKind::DiffDrive => {
-                steer_to_goal(velocity, gain(self.params.heading_gain, input), input)
+                // No faster than it is there within a tick.
+                steer_to_goal(velocity, self.params.heading_gain.min(1.0 / input.dt_s), input)
             }
             BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
@@ -365,7 +352,7 @@ impl Lanes {
                 false,
             ));
         }
-        let slow = if turns(input.kind) { 0.0 } else { self.slow.clamp(0.0, 1.0) };
+        let slow = self.slow.clamp(0.0, 1.0);
         let most = self.params.turn_max_deg.to_radians();
         let cap = if near_wall { TURN_NEAR_WALL } else { most + slow * (TURN_MOST - most).max(0.0) };
         let (right, only_parked) = self.end_of_blocked(1.0);
@@ -413,9 +400,8 @@ impl Lanes {
         if left_m < self.best.0 - PROGRESS * input.radius_m || self.has_arrived {
             self.best = (left_m, input.tick);
         }
-        if let Some((angle, until, from)) = self.aside {
-            let is_far = turns(input.kind) && distance(&from, &input.position) > ASIDE_FAR * input.radius_m;
-            if input.tick < until && !is_far {
+        if let Some((angle, until)) = self.aside {
+            if input.tick < until {
                 return angle;
             }
             (self.aside, self.best) = (None, (left_m, input.tick));
@@ -423,7 +409,7 @@ impl Lanes {
         if input.tick.saturating_sub(self.best.1) > ticks(PATIENCE) {
             let drawn = (4.0 * self.draws.unit()) as usize;
             let angle = [60f64, 130.0, -60.0, -130.0][drawn].to_radians();
-            self.aside = Some((angle, input.tick + ticks(ASIDE), input.position));
+            self.aside = Some((angle, input.tick + ticks(ASIDE)));
             return angle;
         }
         0.0
@@ -465,33 +451,25 @@ impl Lanes {
             let way = if other.tells && self.said.is_some() { has_way(&me, &other.said) } else { None };
             let gap_m = (other.at - input.position).norm() - input.radius_m - other.radius_m;
             let same = cosine(me.intent.wish, other.said.intent.wish) > SAME_WAY;
-            // Two that make room because the other one does would do so every other tick and for good. Points jostle on; a body
-            // that turns makes room only for those ahead.
-            let is_ahead = (other.at - input.position).dot(&me.intent.wish) > 0.0;
-            let makes_room = other.said.intent.yields && (is_ahead || !turns(input.kind));
-            if way == Some(false) && gap_m < YIELDS_WITHIN * input.radius_m && (!same || makes_room) && !me.arrived {
+            if way == Some(false)
+                && gap_m < YIELDS_WITHIN * input.radius_m
+                && (!same || other.said.intent.yields)
+                && !me.arrived
+            {
                 self.yields = true;
             }
             let (velocity, share, horizon) = match way {
                 Some(true) => continue,
                 Some(false) => {
-                    let Intent { wish, lag, yields, .. } = other.said.intent;
-                    let velocity = match (same, yields) {
-                        (true, true) => -wish,
-                        (true, false) if turns(input.kind) => other.said.command,
-                        _ => wish,
-                    };
-                    (velocity, 1.0, if lag > HINDERED { HORIZON_HINDERED } else { self.params.horizon })
+                    let hindered = other.said.intent.lag > HINDERED;
+                    let wish = other.said.intent.wish;
+                    let wish = if same && other.said.intent.yields { -wish } else { wish };
+                    (wish, 1.0, if hindered { HORIZON_HINDERED } else { self.params.horizon })
                 }
                 None => (other.said.command, 0.5, self.params.horizon),
             };
             let horizon_s = (horizon * unit_s).max(dt_s);
-            let kept_m = if turns(input.kind) && !other.said.arrived {
-                (GAP * input.radius_m).min(GAP_SHARE * gap_m.max(0.0))
-            } else {
-                0.0
-            };
-            let it = Mover { position: other.at, velocity, radius_m: other.radius_m + kept_m };
+            let it = Mover { position: other.at, velocity, radius_m: other.radius_m };
             if gap_m < (2.0 * speed + velocity.norm()) * horizon_s {
                 self.planes.push(robot_plane(&own, &it, horizon_s, dt_s, share));
             }
@@ -509,25 +487,6 @@ impl Lanes {
         }
         hard
     }
-}
-
-/// Whether a body has to turn before it drives.
-fn turns(kind: BodyKind) -> bool {
-    kind != BodyKind::Point
-}
-
-/// Turn rate per radian of heading error, 1/s: no faster than it is there within a tick.
-fn gain(heading_gain: f64, input: &PlanInput<'_>) -> f64 {
-    heading_gain.min(1.0 / input.dt_s)
-}
-
-/// The share of its wish that a body can drive now, while it turns to it: 1 for one that goes where it is told.
-fn able(wish: Vector2<f64>, heading_gain: f64, input: &PlanInput<'_>) -> f64 {
-    if !turns(input.kind) {
-        return 1.0;
-    }
-    let error = wrap(heading(wish) - input.yaw_rad);
-    error.cos().max(0.0) * turnable(error, gain(heading_gain, input), &input.limits)
 }
 
 /// Whether the first of two robots has way; nothing if neither has. It is the opposite if the two change places.

@@ -12,7 +12,6 @@ mod outline;
 
 use crate::planner::{Neighbor, Obstacle, PlanInput};
 use geometry::{Capsule, segment_distance};
-use model::BodyKind;
 use nalgebra::{Point2, Vector2, distance};
 use outline::{Corner, corners};
 use std::cmp::Reverse;
@@ -27,9 +26,6 @@ const MARGIN_MIN: f64 = 0.002;
 const ROUND: f64 = 0.95;
 /// Rounding decides neither for nor against a line, as a share of the radius.
 const TOUCH: f64 = 1e-6;
-/// A body that turns need not come nearer to a corner than this, in radii: what it missed by it would turn back for. Beside the
-/// next line it keeps half as much less.
-const REACHED: f64 = 0.6;
 /// Graphs that are kept for robots that come later.
 const KEPT: usize = 16;
 
@@ -152,12 +148,12 @@ impl Way {
     /// it is a long way round, and one that passes obstacles more closely is not, that one counts.
     pub fn new(map: &[Obstacle], radius_m: f64, from: Point2<f64>, goal: Point2<f64>) -> Way {
         let mut usual = Way::with_margin(map, radius_m * (1.0 + MARGIN), goal);
-        let usual_m = usual.ahead(from, 0.0).map_or(f64::INFINITY, |ahead| ahead.left_m);
+        let usual_m = usual.ahead(from).map_or(f64::INFINITY, |ahead| ahead.left_m);
         if usual_m * ROUND < distance(&from, &goal) {
             return usual;
         }
         let mut close = Way::with_margin(map, radius_m * (1.0 + MARGIN_MIN), goal);
-        let is_shorter = close.ahead(from, 0.0).is_some_and(|ahead| ahead.left_m < ROUND * usual_m);
+        let is_shorter = close.ahead(from).is_some_and(|ahead| ahead.left_m < ROUND * usual_m);
         if is_shorter { close } else { usual }
     }
 
@@ -200,7 +196,7 @@ impl Way {
         if way.as_ref().is_none_or(|way| way.goal != goal) {
             *way = Some(Way::new(input.map, input.radius_m, from, goal));
         }
-        way.as_mut().and_then(|way| way.ahead(from, reached_m(input)))
+        way.as_mut().and_then(|way| way.ahead(from))
     }
 
     /// The same for a robot without a map, along the shortest way past what it has seen so far. Where that leaves none it heads
@@ -213,7 +209,7 @@ impl Way {
         }
         if !sketch.pieces.is_empty() {
             let known = way.get_or_insert_with(|| Way::new(&sketch.pieces, input.radius_m, from, goal));
-            if let Some(ahead) = known.ahead(from, reached_m(input)) {
+            if let Some(ahead) = known.ahead(from) {
                 return ahead;
             }
             (*way, sketch.pieces) = (None, Vec::new());
@@ -221,19 +217,17 @@ impl Way {
         Ahead { at: goal, is_goal: true, left_m: distance(&from, &goal) }
     }
 
-    /// What a robot heads for that is here (m), and for which a corner counts as reached within `reached_m`; `None` if no way
-    /// leads to the goal.
-    pub fn ahead(&mut self, from: Point2<f64>, reached_m: f64) -> Option<Ahead> {
+    /// What a robot heads for that is here (m); `None` if no way leads to the goal.
+    pub fn ahead(&mut self, from: Point2<f64>) -> Option<Ahead> {
         let keeps_m = self.graph.keeps(from);
         // What comes after that for which it headed may have come into sight; nothing else does in a tick, as a rule.
         if let Some(Some(index)) = self.heads_for {
             let next = self.left[index as usize].1;
-            if self.sees(from, next, keeps_m) || distance(&from, &self.place(Some(index))) < reached_m {
+            if self.sees(from, next, keeps_m) {
                 self.heads_for = Some(next);
             }
         }
-        let least_m = keeps_m - 0.5 * reached_m;
-        if let Some(heads_for) = self.heads_for.filter(|heads_for| self.sees(from, *heads_for, least_m)) {
+        if let Some(heads_for) = self.heads_for.filter(|heads_for| self.sees(from, *heads_for, keeps_m)) {
             return Some(self.to(from, heads_for));
         }
         self.heads_for = self.best(from, keeps_m);
@@ -270,11 +264,6 @@ impl Way {
         let rest_m = heads_for.map_or(0.0, |index| self.left[index as usize].0);
         Ahead { at, is_goal: heads_for.is_none(), left_m: distance(&from, &at) + rest_m }
     }
-}
-
-/// Within what distance a corner counts as reached, m.
-fn reached_m(input: &PlanInput<'_>) -> f64 {
-    if input.kind == BodyKind::Point { 0.0 } else { REACHED * input.radius_m }
 }
 
 /// What a robot without a map has seen so far of what stands.

@@ -130,18 +130,6 @@ fn all_robots_arrive_and_no_bodies_touch() {
     }
 }
 
-/// Bodies that have to turn before they drive, and need three seconds to turn round.
-#[test]
-fn bodies_that_turn_slowly_arrive_too() {
-    for scene in scenes() {
-        let text =
-            scene.text(1.0, 1.0, 1).replace("[defaults]", "[defaults]\nkind = \"unicycle\"\nturn_radps_max = 1.0");
-        let found = Recording::of(&build::scenario(&text)).report().outcome;
-        assert_eq!((found.robot_contacts, found.obstacle_contacts), (0, 0), "{}", scene.name);
-        assert_eq!(found.arrived as usize, scene.robots.len(), "{}", scene.name);
-    }
-}
-
 /// Two of eight drive by a method that tells nothing of what it is about.
 #[test]
 fn robots_that_tell_nothing_are_plain_bodies() {

@@ -17,10 +17,10 @@ fn driven_m(map: &[Obstacle], radius_m: f64, from: [f64; 2], goal: [f64; 2]) -> 
     const STEP_M: f64 = 0.05;
     let (mut at, goal) = (Point2::from(from), Point2::from(goal));
     let mut way = Way::new(map, radius_m, at, goal);
-    let promised_m = way.ahead(at, 0.0)?.left_m;
+    let promised_m = way.ahead(at)?.left_m;
     let mut length = 0.0;
     while at != goal {
-        let ahead = way.ahead(at, 0.0).expect("there was a way");
+        let ahead = way.ahead(at).expect("there was a way");
         let step = (ahead.at - at).cap_magnitude(STEP_M);
         at += step;
         length += step.norm();
@@ -96,7 +96,7 @@ fn there_is_no_way_out_of_a_closed_room() {
 fn who_stands_too_near_to_a_wall_finds_a_way_all_the_same() {
     let map = block(0, &[[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]]);
     let mut way = Way::new(&map, 0.2, [-0.2001, 0.0].into(), [2.0, 0.0].into());
-    let ahead = way.ahead([-0.2001, 0.0].into(), 0.0).unwrap();
+    let ahead = way.ahead([-0.2001, 0.0].into()).unwrap();
     assert!(ahead.at.y.abs() > 1.0 && !ahead.is_goal && ahead.left_m < 4.2, "{ahead:?}");
 }
 
@@ -201,22 +201,4 @@ fn who_has_seen_itself_shut_in_begins_anew() {
     let (mut way, mut sketch) = (None, Sketch::default());
     let ahead = exploring(&mut way, &mut sketch, &walls, [0.0, 0.0]);
     assert!(ahead.is_goal && sketch.pieces.is_empty());
-}
-
-/// What is a little off a corner goes on to the next one, without turning back for it.
-#[test]
-fn a_corner_is_reached_by_a_body_that_turns_within_a_part_of_its_radius() {
-    let wall = [Obstacle {
-        id: 0,
-        shape: Capsule::segment([0.0, -3.0].into(), [0.0, 1.0].into()),
-        velocity: nalgebra::Vector2::zeros(),
-    }];
-    let goal = [2.0, 0.0].into();
-    let mut way = Way::new(&wall, 0.2, [-2.0, 0.0].into(), goal);
-    let first = way.ahead([-2.0, 0.0].into(), 0.0).expect("there is a way").at;
-    // Below the corner the next line is not free.
-    let beside = first + nalgebra::Vector2::new(-0.02, -0.1);
-    assert_eq!(way.clone().ahead(beside, 0.0).map(|ahead| ahead.at), Some(first));
-    let next = way.ahead(beside, 0.12).expect("there is a way").at;
-    assert!(next.y > first.y || next.x > first.x + 0.05, "{first} {next}");
 }
