@@ -311,7 +311,7 @@ mod tests {
         };
         check(0, 100, None, 60, "  0 %  ring.rec  [..............................]");
         check(45, 100, Some(12.3), 60, " 45 %  12 s left  ring.rec  [#############.................]");
-        check(999, 1000, Some(7200.0), 40, " 99 %  2.0 h left  ring.rec  [#########.]");
+        check(999, 1000, Some(7200.0), 40, " 99 %  2.0 h left  ring.rec  [########.]");
         // It is done when all is done; and there is no bar where there is no room, or no terminal.
         check(1000, 1000, Some(0.0), 30, "100 %  0 s left  ring.rec");
         check(3, 0, Some(100.0), 0, "100 %  2 min left  ring.rec");

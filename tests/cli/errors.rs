@@ -232,7 +232,6 @@ const BAD_LINES: &[(&str, &[&str])] = &[
     ("task send r01 4", &["goal `4`", "X,Y"]),
     ("task send r01 1,2 3,4 --now", &["--now", "one goal"]),
     ("task wait", &["<TASK>"]),
-    ("top", &["`shoal top`", "not built", "shoal ps"]),
     ("remove", &["<ROBOT>"]),
     ("restart", &["<ROBOT>"]),
     ("inject kil a", &["unknown verb `inject kil`", "did you mean `kill`"]),

@@ -59,36 +59,36 @@ pub(crate) enum Pane {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Said {
     /// It was done, or is under way.
-    pub is_good: bool,
+    pub(crate) is_good: bool,
     /// The line.
-    pub words: String,
+    pub(crate) words: String,
 }
 
 /// Everything that is shown.
 #[derive(Clone, Debug)]
 pub(crate) struct App {
     /// What stays as it is.
-    pub fleet: Fleet,
+    pub(crate) fleet: Fleet,
     /// Where everything is.
-    pub frame: Frame,
+    pub(crate) frame: Frame,
     /// How everybody does, once it is known.
-    pub vitals: Option<Vitals>,
+    pub(crate) vitals: Option<Vitals>,
     /// What happened: lines, the newest last.
-    pub events: VecDeque<String>,
+    pub(crate) events: VecDeque<String>,
     /// Why the fleet cannot be seen at the moment.
-    pub blind: Option<String>,
+    pub(crate) blind: Option<String>,
     /// What keys are for.
-    pub input: Input,
+    pub(crate) input: Input,
     /// What a narrow terminal shows.
-    pub pane: Pane,
+    pub(crate) pane: Pane,
     /// The column by which robots are sorted.
-    pub sort: Sort,
+    pub(crate) sort: Sort,
     /// The other way round.
-    pub reversed: bool,
+    pub(crate) reversed: bool,
     /// Only robots with this in their names are shown.
-    pub filter: String,
+    pub(crate) filter: String,
     /// The newest answer.
-    pub said: Said,
+    pub(crate) said: Said,
     /// The name of the selected robot.
     selected: Option<String>,
     trails: BTreeMap<u32, VecDeque<[f64; 2]>>,
@@ -204,10 +204,7 @@ impl App {
         match key {
             Key::Char('q') => return Some(Wish::Quit),
             Key::Char('?' | 'h') => self.input = Input::Help,
-            Key::Char('s') => {
-                self.sort = self.sort.next();
-                self.say(true, &format!("sorted by {}", self.sort.word()));
-            }
+            Key::Char('s') => self.sort = self.sort.next(),
             Key::Char('S') => self.reversed = !self.reversed,
             Key::Char('/') => self.input = Input::Filter,
             Key::Char('v') | Key::Tab => {
@@ -434,18 +431,18 @@ mod tests {
         let mut app = app(Mode::Lockstep);
         let mut orders = Vec::new();
         for _ in 0..Sort::ALL.len() {
-            orders.push(format!("{}: {}", app.sort.word(), names(&app)));
+            orders.push(format!("{:?}: {}", app.sort, names(&app)));
             press(&mut app, "s");
         }
         assert_eq!(
             orders,
             [
-                "robot: r00 r01 r02 r03",
-                "state: r00 r03 r02 r01",
-                "age: r03 r02 r01 r00",
-                "misses: r03 r02 r01 r00",
-                "cpu: r03 r02 r01 r00",
-                "memory: r03 r02 r01 r00",
+                "Robot: r00 r01 r02 r03",
+                "State: r00 r03 r02 r01",
+                "Age: r03 r02 r01 r00",
+                "Misses: r03 r02 r01 r00",
+                "Cpu: r03 r02 r01 r00",
+                "Memory: r03 r02 r01 r00",
             ]
         );
     }

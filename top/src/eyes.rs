@@ -82,10 +82,11 @@ impl Eyes {
 
     /// Asks the daemon; false if it has not answered the request before.
     #[expect(clippy::disallowed_methods, reason = "the screen does not wait for the daemon")]
-    pub(crate) fn ask(&self, request: Request) -> bool {
+    pub(crate) fn ask(&self, request: &Request) -> bool {
         if self.asking.swap(true, Relaxed) {
             return false;
         }
+        let request = request.clone();
         let (address, news, asking) = (self.address.clone(), Arc::clone(&self.news), Arc::clone(&self.asking));
         std::thread::spawn(move || {
             let reply = OperatorClient::new(&address).ask(&request, PATIENCE).map_err(|error| error.to_string());

@@ -27,18 +27,6 @@ impl Sort {
     /// All of them, in the order of the key that changes it.
     pub(crate) const ALL: [Sort; 6] = [Sort::Robot, Sort::State, Sort::Age, Sort::Misses, Sort::Cpu, Sort::Memory];
 
-    /// Its column.
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            Sort::Robot => "robot",
-            Sort::State => "state",
-            Sort::Age => "age",
-            Sort::Misses => "misses",
-            Sort::Cpu => "cpu",
-            Sort::Memory => "memory",
-        }
-    }
-
     /// The one after it.
     pub(crate) fn next(self) -> Sort {
         let at = Sort::ALL.iter().position(|sort| *sort == self).unwrap_or_default();
@@ -50,27 +38,27 @@ impl Sort {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Row {
     /// Its index.
-    pub index: u32,
+    pub(crate) index: u32,
     /// Its name.
-    pub id: String,
+    pub(crate) id: String,
     /// Where its process is.
-    pub process: ProcessState,
+    pub(crate) process: ProcessState,
     /// It runs and is at its last goal.
-    pub arrived: bool,
+    pub(crate) arrived: bool,
     /// Its incarnation.
-    pub incarnation: u32,
+    pub(crate) incarnation: u32,
     /// Its goal, m.
-    pub goal_m: Option<[f64; 2]>,
+    pub(crate) goal_m: Option<[f64; 2]>,
     /// Goals after the present one.
-    pub goals_left: u32,
+    pub(crate) goals_left: u32,
     /// Age of the poses that it used, 99 %, us.
-    pub age_us: Option<f64>,
+    pub(crate) age_us: Option<f64>,
     /// Periods that it has missed.
-    pub missed: u64,
+    pub(crate) missed: u64,
     /// Share of a processor.
-    pub cpu: Option<f64>,
+    pub(crate) cpu: Option<f64>,
     /// Memory, bytes.
-    pub resident_bytes: Option<u64>,
+    pub(crate) resident_bytes: Option<u64>,
 }
 
 impl Row {

@@ -139,12 +139,10 @@ fn show(app: &mut App, eyes: &Eyes, interrupted: Interrupted<'_>) -> io::Result<
             for key in keys(&typed[..read]) {
                 match app.press(key) {
                     Some(Wish::Quit) => return Ok(End::Quit),
-                    Some(Wish::Ask(request)) => {
-                        if !eyes.ask(request) {
-                            app.say(false, "the daemon has not answered the request before");
-                        }
+                    Some(Wish::Ask(request)) if !eyes.ask(&request) => {
+                        app.say(false, "the daemon has not answered the request before");
                     }
-                    None => {}
+                    Some(Wish::Ask(_)) | None => {}
                 }
             }
             changed = true;

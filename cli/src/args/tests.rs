@@ -127,12 +127,16 @@ fn help_shows_what_exists_and_nothing_else() {
         "doctor",
         "clean",
         "ps",
+        "top",
+        "view",
+        "replay",
+        "export",
         "add",
         "task",
     ] {
         assert!(help.contains(&format!("\n  {verb} ")), "{verb}: {help}");
     }
-    for verb in ["agent", "world", "guardian", "other", "top", "inspect"] {
+    for verb in ["agent", "world", "guardian", "other", "inspect"] {
         assert!(!help.contains(&format!("\n  {verb} ")), "{verb}: {help}");
     }
 }
