@@ -280,7 +280,10 @@ pub fn unpacked(file: &[u8]) -> Option<Vec<u8>> {
         match kind {
             op::CHUNK => {
                 let mut records = Vec::new();
-                chunk_records(record, |opcode, data| Some(put(&mut records, opcode, data)))?;
+                chunk_records(record, |opcode, data| {
+                    put(&mut records, opcode, data);
+                    Some(())
+                })?;
                 let length = (records.len() as u64).to_le_bytes();
                 // First and last time, length, no checksum, no compression, length.
                 let head = [&record[HEAD..HEAD + 16], &length, &[0; 8], &length];

@@ -28,6 +28,9 @@ const ADDED_MAX: usize = 16 * MAX_ROBOTS;
 /// The heads of what is walked over are read in pieces of this size, bytes.
 const WINDOW: usize = 16 * 1024;
 
+/// A tick, and the processes by name, each with what it has counted by then.
+pub type Counted = (u64, Vec<(String, Figures)>);
+
 /// What is in a chunk besides frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Topic {
@@ -104,7 +107,7 @@ impl Record {
 
     fn of(source: Source) -> Result<Record, RecordError> {
         let mut walk = Walk::begin(source)?;
-        walk.to_the_end()?;
+        walk.walk_on()?;
         if let (Some(_), Some(last)) = (&walk.cut, walk.chunks.last_mut()) {
             // What a chunk has is said behind it, and that may be missing here.
             last.is_told = true;
@@ -234,7 +237,7 @@ impl Record {
     ///
     /// # Errors
     /// When the record is damaged there, or cannot be read.
-    pub fn figures(&self) -> Result<Option<(u64, Vec<(String, Figures)>)>, RecordError> {
+    pub fn figures(&self) -> Result<Option<Counted>, RecordError> {
         for chunk in self.chunks.iter().rev() {
             let mut newest = None;
             self.walk_chunk(*chunk, &mut |topic, bytes| {
@@ -330,7 +333,7 @@ impl Walk {
         Ok(&self.window[from..from + there])
     }
 
-    fn to_the_end(&mut self) -> Result<(), RecordError> {
+    fn walk_on(&mut self) -> Result<(), RecordError> {
         let mut at = MAGIC.len() as u64;
         loop {
             let Ok(head) = <[u8; HEAD]>::try_from(self.peek(at, HEAD)?) else {
@@ -440,7 +443,10 @@ impl Walk {
         match name.as_str() {
             header::SCENARIO => {
                 let scenario: Scenario = codec::decode(content)?;
-                if scenario.robots.len() > MAX_ROBOTS || !(scenario.clock.tick_hz > 0.0) {
+                if scenario.robots.len() > MAX_ROBOTS
+                    || scenario.clock.tick_hz.is_nan()
+                    || scenario.clock.tick_hz <= 0.0
+                {
                     return Err(RecordError::Impossible);
                 }
                 self.scenario = Some(scenario);

@@ -202,7 +202,7 @@ impl<'a, W: Write> Ros2Writer<'a, W> {
             let frame = palette::obstacle_frame(index);
             match obstacle.motion.is_some() {
                 true => {
-                    markers.shape(&frame, index, &obstacle.shape, obstacle.shape.reference().into(), palette::MOVING)
+                    markers.shape(&frame, index, &obstacle.shape, obstacle.shape.reference().into(), palette::MOVING);
                 }
                 false => markers.shape(palette::WORLD, index, &obstacle.shape, [0.0; 2], palette::GREY),
             }
@@ -261,7 +261,7 @@ impl Markers {
         self.message.long(0).text("").header(0, "").text("").long(0).long(0).text("").text("").long(0).text("").byte(0);
     }
 
-    fn cylinder(&mut self, frame: &str, ns: &str, id: u32, at: [f64; 2], radius_m: f64, height_m: f64, color: Color) {
+    fn cylinder(&mut self, frame: &str, ns: &str, id: u32, at: [f64; 2], [radius_m, height_m]: [f64; 2], color: Color) {
         self.begin(frame, ns, id, CYLINDER, 0).point([at[0], at[1], 0.5 * height_m]).yaw(0.0);
         self.end([2.0 * radius_m, 2.0 * radius_m, height_m], color, &[]);
     }
@@ -277,9 +277,9 @@ impl Markers {
             Shape::Capsule(Capsule { a, b, radius }) => {
                 let radius_m = radius.max(0.5 * palette::LINE_M);
                 let [a, b] = [a, b].map(|point| [point.x - origin[0], point.y - origin[1]]);
-                self.cylinder(frame, "obstacles", 3 * index, a, radius_m, height_m, color);
+                self.cylinder(frame, "obstacles", 3 * index, a, [radius_m, height_m], color);
                 if a != b {
-                    self.cylinder(frame, "obstacles", 3 * index + 1, b, radius_m, height_m, color);
+                    self.cylinder(frame, "obstacles", 3 * index + 1, b, [radius_m, height_m], color);
                     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
                     let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * height_m];
                     self.begin(frame, "obstacles", 3 * index + 2, CUBE, 0).point(middle).yaw(dy.atan2(dx));
@@ -304,7 +304,14 @@ impl Markers {
                 self.line(palette::WORLD, "robots", 2 * slot, &points, 2.0 * robot.radius_m, color);
             }
             None => {
-                self.cylinder(&robot.id, "robots", 2 * slot, [0.0; 2], robot.radius_m, palette::ROBOT_HEIGHT_M, color);
+                self.cylinder(
+                    &robot.id,
+                    "robots",
+                    2 * slot,
+                    [0.0; 2],
+                    [robot.radius_m, palette::ROBOT_HEIGHT_M],
+                    color,
+                );
                 let top = palette::ROBOT_HEIGHT_M + 0.01;
                 let ahead = [[0.0, 0.0, top], [robot.radius_m, 0.0, top]];
                 self.line(&robot.id, "robots", 2 * slot + 1, &ahead, 0.2 * robot.radius_m, palette::DARK);
