@@ -43,5 +43,5 @@ pub use frame::Body;
 pub use header::{About, Ending, FORMAT, time_ns};
 pub use identity::build;
 pub use moment::{Added, InputSource, Moment};
-pub use reader::{Counted, Frame, Frames, Input, Inputs, Record};
+pub use reader::{Frame, Frames, Input, Inputs, Newest, Record};
 pub use sink::{Count, Sink};

@@ -29,7 +29,7 @@ const ADDED_MAX: usize = 16 * MAX_ROBOTS;
 const WINDOW: usize = 16 * 1024;
 
 /// A tick, and the processes by name, each with what it has counted by then.
-pub type Counted = (u64, Vec<(String, Figures)>);
+pub type Newest = (u64, Vec<(String, Figures)>);
 
 /// What is in a chunk besides frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -237,7 +237,7 @@ impl Record {
     ///
     /// # Errors
     /// When the record is damaged there, or cannot be read.
-    pub fn figures(&self) -> Result<Option<Counted>, RecordError> {
+    pub fn figures(&self) -> Result<Option<Newest>, RecordError> {
         for chunk in self.chunks.iter().rev() {
             let mut newest = None;
             self.walk_chunk(*chunk, &mut |topic, bytes| {
