@@ -292,7 +292,7 @@ impl App {
         match key {
             Key::Esc => None,
             Key::Enter => {
-                let Some(robot) = self.selected() else { return None };
+                let robot = self.selected()?;
                 let Some((goal_m, yaw_rad)) = goal(&typed) else {
                     self.say(false, &format!("`{typed}` is not X,Y or X,Y,YAW"));
                     return None;

@@ -313,7 +313,7 @@ mod tests {
         assert!(screen(&app, 80, 24).contains("the daemon does not answer: it was stopped"));
         app.blind = Some("its files are gone".to_owned());
         assert!(screen(&app, 80, 24).contains("not visible: its files are gone"));
-        let nothing = App::new(app.fleet.clone());
+        let nothing = App::new(app.fleet);
         assert!(screen(&nothing, 80, 24).contains("looking at the fleet"));
     }
 

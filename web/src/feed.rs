@@ -80,10 +80,7 @@ impl Feed {
             over: AtomicBool::new(false),
         }));
         let shared = feed.0.clone();
-        #[expect(
-            clippy::disallowed_methods,
-            reason = "a look at a fleet takes time, which the server must not wait for"
-        )]
+        // A look at a fleet takes time, which the server must not wait for.
         std::thread::Builder::new().name("feed".to_owned()).spawn(move || {
             let ending = look(&address, name.as_deref(), &shared);
             let words = match ending {

@@ -79,6 +79,8 @@ struct Site {
 }
 
 type Here = State<Arc<Site>>;
+/// Why something is not answered.
+type Refusal = (StatusCode, String);
 
 /// Serves pages until `is_enough` says so, or the fleet ends with which it is to end. `ready` is told the address to open.
 ///
@@ -186,20 +188,20 @@ impl Site {
         fleets.into_iter().filter(|fleet| !fleet.abandoned && wanted(fleet)).collect()
     }
 
-    fn fleet(&self, id: &str) -> Result<FleetEntry, Response> {
+    fn fleet(&self, id: &str) -> Result<FleetEntry, Refusal> {
         let found = self.fleets().into_iter().find(|fleet| fleet.address.id() == id);
-        found.ok_or_else(|| (StatusCode::NOT_FOUND, "this fleet is not running\n").into_response())
+        found.ok_or_else(|| (StatusCode::NOT_FOUND, "this fleet is not running\n".to_owned()))
     }
 
     /// Who looks at a fleet, if anybody may.
-    fn feed(&self, id: &str) -> Result<Feed, Response> {
+    fn feed(&self, id: &str) -> Result<Feed, Refusal> {
         let fleet = self.fleet(id)?;
         let mut feeds = self.feeds.lock().unwrap_or_else(PoisonError::into_inner);
         feeds.retain(|_, feed| !feed.is_over());
         if let Some(feed) = feeds.get(id) {
             return Ok(feed.clone());
         }
-        let failed = |error: io::Error| (StatusCode::SERVICE_UNAVAILABLE, error.to_string()).into_response();
+        let failed = |error: io::Error| (StatusCode::SERVICE_UNAVAILABLE, format!("{error}\n"));
         let feed = Feed::begin(fleet.address, fleet.name).map_err(failed)?;
         feeds.insert(id.to_owned(), feed.clone());
         Ok(feed)
@@ -227,7 +229,7 @@ async fn stream_of(State(site): Here, Path(id): Path<String>) -> Response {
     }
     let page = match site.feed(&id) {
         Ok(feed) => (feed.page(), site.pages.clone()),
-        Err(response) => return response,
+        Err(refusal) => return refusal.into_response(),
     };
     let events = stream::unfold(page, |(mut page, counted): (Page, Arc<()>)| async move {
         let (name, data) = page.next().await?;
@@ -269,7 +271,7 @@ async fn choose(State(site): Here, Path((id, slot)): Path<(String, u32)>) -> Res
             feed.choose(RobotIndex(slot));
             as_json(&json!({}))
         }
-        Err(response) => response,
+        Err(refusal) => refusal.into_response(),
     }
 }
 
@@ -285,7 +287,7 @@ async fn act(State(site): Here, Path(id): Path<String>, headers: HeaderMap, body
     };
     let address = match site.fleet(&id) {
         Ok(fleet) => fleet.address,
-        Err(response) => return response,
+        Err(refusal) => return refusal.into_response(),
     };
     let asked = move || OperatorClient::new(&address).ask(&act.request(), PATIENCE);
     let answer = match tokio::task::spawn_blocking(asked).await {
