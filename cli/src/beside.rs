@@ -60,7 +60,6 @@ impl View {
     }
 
     /// Waits for its end, which comes shortly after that of the fleet.
-    #[expect(clippy::disallowed_methods, reason = "the command line ends what it started")]
     pub(crate) fn finish(mut self) {
         let deadline_ns = clock::now_ns() + GRACE_NS;
         while clock::now_ns() < deadline_ns {

@@ -199,7 +199,7 @@ impl Watch for Terminal {
         let view = self.view_port.map(|port| View::start(fleet.address.id(), port)).transpose();
         match view {
             Ok(view) => self.view = view,
-            Err(failure) => self.progress.event(&failure.message()),
+            Err(failure) => self.progress.event(failure.message()),
         }
     }
 

@@ -19,7 +19,7 @@ pub fn export(options: &ExportArgs) -> Result<(), Failure> {
     // Not between the lines of what is exported.
     let progress = &mut |done, total| {
         if !is_shown {
-            bar.at(done, total, &what)
+            bar.at(done, total, &what);
         }
     };
     let format = match options.to {
