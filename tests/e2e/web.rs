@@ -345,6 +345,9 @@ fn records_are_played_and_compared() {
         "(() => { const choice = document.querySelector('#compare'); choice.value = 'over'; choice.onchange(); })()",
     );
     browser.wait_until("shoal.stages.length === 1 && shoal.stages[0].layers.length === 2");
+    browser.wait_until("shoal.play.time > 4 || !shoal.play.playing");
+    assert_eq!(browser.eval("document.querySelectorAll('#robots tbody tr').length"), 2);
+    browser.wait_until("document.querySelector('#robots tbody').textContent.includes('moves')");
     browser.picture("compared.png");
     browser.assert_no_errors();
 

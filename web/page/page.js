@@ -44,6 +44,8 @@ const readTones = () => {
   tones = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 };
 /** The colours of layers that are compared. */
+/** A record by its name, without the directory. */
+const nameOf = (path) => path.split("/").pop();
 const layerTone = (layer) => (layer.number === 0 ? tones.runs : tones.old);
 
 // ---- what is drawn -------------------------------------------------------------------------------------------------
@@ -91,7 +93,7 @@ class Stage {
     this.canvas = element("canvas", "", { tabindex: "0", role: "img", "aria-label": "Map of the robots" });
     this.box.append(this.canvas);
     if (layers.length > 1 || layers[0].fleet.record) {
-      const words = layers.map((layer) => `${["●", "○"][layer.number % 2]} ${layer.fleet.id}`).join("   ");
+      const words = layers.map((layer) => `${["●", "○"][layer.number % 2]} ${nameOf(layer.fleet.id)}`).join("   ");
       this.box.append(element("p", words, { class: "title" }));
     }
     $("stages").append(this.box);
@@ -1003,6 +1005,11 @@ function showTime() {
   $("seek").setAttribute("aria-valuetext", `${play.time.toFixed(1)} s`);
   if (app.main?.frame) showClock(app.main);
   if (fit) app.stages.forEach((stage) => stage.fit());
+  const now = performance.now();
+  if (fit || now - (play.rowsAt ?? 0) > 300) {
+    play.rowsAt = now;
+    showRobots();
+  }
   showCard();
   redraw();
 }
@@ -1043,8 +1050,8 @@ async function loadSources() {
     return;
   }
   const options = sources.fleets.map(({ id, name }) => [`fleet/${id}`, name ? `${name} (${id})` : id]);
-  sources.records.forEach(({ path }, i) => options.push([`record/${i}`, path]));
-  if (sources.records.length === 2) options.unshift(["records", `${sources.records[0].path} against ${sources.records[1].path}`]);
+  sources.records.forEach(({ path }, i) => options.push([`record/${i}`, nameOf(path)]));
+  if (sources.records.length === 2) options.unshift(["records", sources.records.map(({ path }) => nameOf(path)).join(" against ")]);
   const select = $("source");
   const before = select.value;
   select.replaceChildren(...options.map(([value, words]) => element("option", words, { value })));
