@@ -146,6 +146,6 @@ mod tests {
         assert!(moving > 0 && moving < demo.things.len());
         let json = serde_json::to_value(&demo).unwrap();
         assert!(json["things"].as_array().unwrap().iter().all(|thing| thing["form"].is_string()));
-        assert!(fleet("arm-2link").members.iter().all(|member| member.arm.is_some() && !member.heads));
+        assert!(fleet("arm-1").members.iter().all(|member| member.arm.is_some() && !member.heads));
     }
 }
