@@ -19,6 +19,8 @@ pub enum WorldInput {
     Refused,
     /// A daemon was answered between two ticks.
     Answered,
+    /// Orders took effect although no tick opened: the fleet was paused.
+    TookEffect,
     /// A tick was opened.
     Opened {
         /// Of the robot instances that were to enter, those that were ready.

@@ -122,6 +122,7 @@ impl Verifier {
         match input {
             WorldInput::Order(order) => self.world.order(order.clone()),
             WorldInput::Refused => self.world.refuse_orders(),
+            WorldInput::TookEffect => self.world.take_effect(),
             WorldInput::Answered => {
                 self.world.due();
             }

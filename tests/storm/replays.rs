@@ -25,18 +25,32 @@ pub(crate) fn is_the_same_again(tape: Option<Tape>, outcome: &Outcome) -> u64 {
     verdict.commands
 }
 
-/// The record of a storm in `realtime`.
+/// The record of a storm in `realtime` in which robots hear each other.
 fn realtime_tape() -> Tape {
     let is_realtime = |seed: &u64| Plan::new(*seed, Some(4)).scenario.clock.mode == Mode::Realtime;
-    let seed = (0..100).find(is_realtime).expect("every other one is");
-    let mut fleet = Fleet::new(seed, Plan::new(seed, Some(4)));
-    while !fleet.daemon.has_finished {
-        fleet.step();
-    }
-    let mut tape = fleet.shared.tape.take().expect("it is recorded");
-    tape.outcome = Some(fleet.world.world.outcome());
+    let tapes = (0..100).filter(is_realtime).map(|seed| {
+        let mut fleet = Fleet::new(seed, Plan::new(seed, Some(4)));
+        while !fleet.daemon.has_finished {
+            fleet.step();
+        }
+        let mut tape = fleet.shared.tape.take().expect("it is recorded");
+        tape.outcome = Some(fleet.world.world.outcome());
+        tape
+    });
+    let tape = tapes.into_iter().find(|tape| tape.pieces.iter().any(|piece| heard(piece, tape.scenario.robots.len())));
+    let tape = tape.expect("robots hear each other");
     assert_eq!(tape.verify().differences, 0);
     tape
+}
+
+/// Whether it is a step, well in the run, in which a robot of the scenario heard others.
+fn heard(piece: &Piece, robots: usize) -> bool {
+    match piece {
+        Piece::Note(instance, AgentNote::Step(step)) => {
+            instance.index.at() < robots && step.tick > 20 && step.heard.iter().any(|heard| heard.stamp_ns > 0)
+        }
+        _ => false,
+    }
 }
 
 /// Changes a step of a record, and finds the change at its tick and robot.

@@ -468,6 +468,7 @@ impl World {
     /// While no tick opens, orders take effect all the same: as they would at the beginning of the next one.
     pub fn take_effect(&mut self) {
         if !self.is_open && !self.orders.is_empty() {
+            self.keep(|| WorldInput::TookEffect);
             self.apply_orders();
             self.announce();
         }
