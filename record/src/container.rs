@@ -21,6 +21,8 @@ pub(crate) const HEAD: usize = 9;
 const BUFFER: usize = 128 * 1024;
 /// No chunk holds more when it is unpacked, bytes.
 const UNPACKED_MAX: u64 = 64 << 20;
+/// What follows the texts of an attachment besides its content: a length and a checksum, bytes.
+const ATTACHMENT_REST_MIN: usize = 8 + 4;
 /// LZ4 packs at most this many bytes into one.
 const LZ4_RATIO_MAX: u64 = 255;
 
@@ -139,7 +141,12 @@ fn parsed(opcode: u8, data: &[u8]) -> Option<Record<'_>> {
     match opcode {
         op::HEADER => texts.text().and_then(|()| texts.text()),
         op::METADATA => texts.text().and_then(|()| texts.pairs()),
-        op::ATTACHMENT => texts.skip(16).and_then(|()| texts.text()).and_then(|()| texts.text()),
+        // A length and a checksum follow, which the library takes for granted.
+        op::ATTACHMENT => texts
+            .skip(16)
+            .and_then(|()| texts.text())
+            .and_then(|()| texts.text())
+            .filter(|()| texts.0.len() >= ATTACHMENT_REST_MIN),
         op::CHUNK => texts.skip(28).and_then(|()| texts.text()),
         op::CHANNEL => {
             texts.skip(4).and_then(|()| texts.text()).and_then(|()| texts.text()).and_then(|()| texts.pairs())
@@ -299,4 +306,20 @@ pub fn unpacked(file: &[u8]) -> Option<Vec<u8>> {
     }
     out.extend_from_slice(rest);
     Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_attachment_that_ends_before_its_checksum_is_refused() {
+        let text = |length: u32| [&length.to_le_bytes(), vec![b'a'; length as usize].as_slice()].concat();
+        for rest in 0..ATTACHMENT_REST_MIN {
+            let record = [vec![0; 16], text(20), text(20), vec![0; rest]].concat();
+            assert!(attachment(&record).is_none(), "{rest} bytes");
+        }
+        let record = [vec![0; 16], text(20), text(20), vec![0; ATTACHMENT_REST_MIN]].concat();
+        assert_eq!(attachment(&record).map(|(name, content)| (name.len(), content.len())), Some((20, 0)));
+    }
 }
