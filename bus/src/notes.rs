@@ -1,9 +1,9 @@
-//! What agents note of their steps, where a run is recorded: a ring in a file for each, from the agent to whoever writes the
-//! record. A full ring loses the note, which is said with the next one; nobody waits, and a note costs no system call.
+//! What agents note of their steps, where a run is recorded: a ring in a file for each, from the agent to the process that
+//! writes the record. A full ring loses the note, which is said with the next one; no process waits, and a note costs no system call.
 
 use crate::ring::Ring;
 use crate::{Address, BusError, Result};
-use model::{RobotIndex, RobotInstance};
+use model::RobotInstance;
 use protocol::inputs::AgentNote;
 
 /// Name of the file in the root of a run that says where its record goes, if it is recorded.
@@ -63,7 +63,15 @@ impl NoteWriter {
 /// The other end of all rings of a fleet.
 pub struct NoteReaders {
     address: Address,
-    rings: Vec<(RobotInstance, Ring)>,
+    rings: Vec<Source>,
+}
+
+/// The ring of an agent.
+struct Source {
+    instance: RobotInstance,
+    ring: Ring,
+    /// A later life of its robot has come: this one has ended, and what it has noted is there.
+    has_ended: bool,
 }
 
 impl NoteReaders {
@@ -78,28 +86,22 @@ impl NoteReaders {
         let name = name(instance);
         if let Ok(ring) = Ring::open(&self.address, &name) {
             let _ = std::fs::remove_file(self.address.file(&name));
-            self.rings.push((instance, ring));
+            // A process ends before the next one of its robot starts.
+            for source in self.rings.iter_mut().filter(|source| source.instance.index == instance.index) {
+                source.has_ended = true;
+            }
+            self.rings.push(Source { instance, ring, has_ended: false });
         }
     }
 
     /// Takes all notes that are there: `put` gets each, as bytes.
     pub fn drain(&mut self, put: &mut dyn FnMut(RobotInstance, &[u8])) {
-        let newest = |rings: &[(RobotInstance, Ring)], index: RobotIndex| {
-            rings.iter().filter(|(who, _)| who.index == index).map(|(who, _)| who.incarnation).max()
-        };
-        let mut ended = Vec::new();
-        for (instance, ring) in &self.rings {
-            let mut came = false;
-            while let Some(note) = ring.pop() {
-                put(*instance, &note);
-                came = true;
+        self.rings.retain(|source| {
+            while let Some(note) = source.ring.pop() {
+                put(source.instance, &note);
             }
-            // A process ends before the next one of its robot starts.
-            if !came && newest(&self.rings, instance.index) > Some(instance.incarnation) {
-                ended.push(*instance);
-            }
-        }
-        self.rings.retain(|(instance, _)| !ended.contains(instance));
+            !source.has_ended
+        });
     }
 }
 
@@ -111,6 +113,7 @@ fn name(instance: RobotInstance) -> String {
 mod tests {
     use super::*;
     use crate::clean;
+    use model::RobotIndex;
 
     fn instance(index: u32, incarnation: u32) -> RobotInstance {
         RobotInstance { index: RobotIndex(index), incarnation }
@@ -130,7 +133,7 @@ mod tests {
     fn notes_come_in_order_and_what_finds_no_room_is_counted() {
         let address = Address::create().unwrap();
         let mut readers = NoteReaders::new(&address);
-        assert_eq!(taken(&mut readers), [], "nobody is there");
+        assert_eq!(taken(&mut readers), [], "no agent is there");
         let mut writer = NoteWriter::create(&address, instance(3, 0), 1).unwrap();
         writer.note(&BEGAN);
         readers.open(instance(3, 0));
