@@ -23,4 +23,4 @@ mod verifier;
 mod views;
 
 pub use verdict::{Difference, Unverified, Verdict, Why};
-pub use verifier::{Verifier, bodies_of};
+pub use verifier::Verifier;

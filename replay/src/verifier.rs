@@ -5,11 +5,11 @@ use crate::verdict::{Differences, Rank, Verdict};
 use crate::views::Views;
 use model::{Event, Mode, Outcome, PlanState, RobotInstance, Scenario};
 use protocol::inputs::{AgentNote, WorldInput, WorldInputs};
-use protocol::world_to_observer::FrameBody;
 use record::Body;
 use serde_json::Value;
 use std::collections::VecDeque;
 use world_sim::World;
+use world_sim::recorder::bodies_of;
 
 /// A frame: its tick, and its bodies.
 type Frame = (u64, Vec<Body>);
@@ -350,25 +350,6 @@ impl Verifier {
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
-}
-
-/// What a frame of a record holds of a world.
-pub fn bodies_of(world: &World) -> Vec<Body> {
-    let mut bodies = Vec::new();
-    world.frame(&mut bodies);
-    let of = |body: &FrameBody| {
-        let is_robot = body.flags & FrameBody::FLAG_OBSTACLE == 0;
-        let goal_m = is_robot.then(|| world.odometry(body.index as usize)).map(|own| [own.goal_x_m, own.goal_y_m]);
-        Body {
-            index: body.index,
-            flags: body.flags,
-            position_m: [body.x_m, body.y_m],
-            yaw_rad: body.yaw_rad,
-            goal_m: goal_m.unwrap_or_default(),
-            joints_rad: body.joints_rad,
-        }
-    };
-    bodies.iter().map(of).collect()
 }
 
 /// The numbers of a body, each with what it is.

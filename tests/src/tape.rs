@@ -4,9 +4,10 @@ use model::{Event, Mode, Outcome, RobotInstance, Scenario};
 use protocol::codec;
 use protocol::inputs::{AgentNote, WorldInput, WorldInputs};
 use record::Body;
-use replay::{Verdict, Verifier, bodies_of};
+use replay::{Verdict, Verifier};
 use std::ops::ControlFlow;
 use world_sim::World;
+use world_sim::recorder::bodies_of;
 
 /// A piece of a record.
 #[derive(Clone, Debug)]

@@ -69,13 +69,11 @@ impl Recorder {
         if let Some(bytes) = world.take_inputs().and_then(|inputs| codec::encode(&inputs).ok()) {
             self.input(world.tick(), InputSource::World, &bytes);
         }
-        self.frame.clear();
-        world.frame(&mut self.frame);
         self.next.tick = world.tick();
         self.next.arrived = world.arrived_count() as u32;
         self.next.contacts = world.contacts();
         self.next.bodies.clear();
-        self.next.bodies.extend(self.frame.iter().map(|body| of(body, world)));
+        bodies(world, &mut self.frame, &mut self.next.bodies);
         let events = world.events();
         self.next.events.extend_from_slice(&events[self.events.min(events.len())..]);
         self.events = events.len();
@@ -110,6 +108,20 @@ impl Recorder {
     pub fn finish(self, outcome: &Outcome) -> io::Result<()> {
         self.sink.finish(Ending { outcome: outcome.clone() })
     }
+}
+
+/// What a record holds of every body at the present tick.
+pub fn bodies_of(world: &World) -> Vec<Body> {
+    let mut out = Vec::new();
+    bodies(world, &mut Vec::new(), &mut out);
+    out
+}
+
+/// The same, appended to `out`; `frame` is memory that is used again.
+fn bodies(world: &World, frame: &mut Vec<FrameBody>, out: &mut Vec<Body>) {
+    frame.clear();
+    world.frame(frame);
+    out.extend(frame.iter().map(|body| of(body, world)));
 }
 
 fn of(body: &FrameBody, world: &World) -> Body {
