@@ -25,7 +25,7 @@ use model::{Cause, Metric, RobotIndex};
 use scale::{COARSE, FINE, MAX_BITS, Scale};
 use std::sync::atomic::Ordering::{Relaxed, Release};
 
-pub use snapshot::{Percentiles, StatsSnapshot, read_all, take};
+pub use snapshot::{Percentiles, StatsSnapshot, by_robot, instance_of, read_all, take};
 
 /// What is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -2,28 +2,10 @@
 //! it goes on. Pure.
 
 use crate::{Blame, LatencyFacts, LoopLatency, Percentiles, ProcessFacts};
+use bus::stats::by_robot;
 use bus::{Counter, StatsSnapshot};
-use model::{PerMetric, RobotIndex, RobotInstance};
+use model::{PerMetric, RobotIndex};
 use std::collections::BTreeMap;
-
-/// The robots' statistics by slot, all lives of a robot together, and the world's. Files of others are left out.
-pub fn by_robot(stats: &[(String, StatsSnapshot)]) -> (BTreeMap<RobotIndex, StatsSnapshot>, Option<StatsSnapshot>) {
-    let (mut robots, mut world) = (BTreeMap::<RobotIndex, StatsSnapshot>::new(), None);
-    for (name, snapshot) in stats {
-        if let Some(instance) = instance_of(name) {
-            robots.entry(instance.index).or_default().merge(snapshot);
-        } else if name == bus::stats::WORLD {
-            world = Some(snapshot.clone());
-        }
-    }
-    (robots, world)
-}
-
-/// Whose agent a file of statistics belongs to.
-pub fn instance_of(name: &str) -> Option<RobotInstance> {
-    let (slot, incarnation) = name.strip_prefix("agent-")?.split_once('-')?;
-    Some(RobotInstance { index: RobotIndex(slot.parse().ok()?), incarnation: incarnation.parse().ok()? })
-}
 
 /// How the loops of a fleet did. `name` knows the robots by slot; without one a slot names itself.
 pub fn latency(
@@ -145,7 +127,5 @@ mod tests {
 
         let facts = latency(&stats, &name, false);
         assert_eq!((facts.periods, facts.blame, facts.per_robot[0].blame), (None, None, None));
-        assert_eq!(instance_of("agent-12-3"), Some(RobotInstance { index: RobotIndex(12), incarnation: 3 }));
-        assert_eq!((instance_of("agent-12"), instance_of("world"), instance_of("agent-x-1")), (None, None, None));
     }
 }

@@ -130,14 +130,14 @@ impl Pulse {
     /// What was measured between two looks at a fleet; without an earlier one, everything so far.
     pub(crate) fn between(before: Option<&Look>, now: &Look, mode: Mode, tick_hz: f64) -> Pulse {
         let window_ns = before.map_or(0, |before| now.at_ns.saturating_sub(before.at_ns));
-        let (robots, world) = measured::by_robot(&now.stats);
-        let (robots_before, world_before) = before.map(|before| measured::by_robot(&before.stats)).unzip();
+        let (robots, world) = bus::stats::by_robot(&now.stats);
+        let (robots_before, world_before) = before.map(|before| bus::stats::by_robot(&before.stats)).unzip();
         let (robots_before, world_before) = (robots_before.unwrap_or_default(), world_before.flatten());
         let mut merged = StatsSnapshot::default();
         let mut merged_before = StatsSnapshot::default();
         for (index, snapshot) in &robots {
             merged.merge(snapshot);
-            // A robot that counts anew would make the sum of all smaller than it was.
+            // A robot that has started again from zero would make the sum of all smaller than it was.
             if let Some(earlier) = robots_before.get(index).filter(|earlier| counts_on(snapshot, earlier)) {
                 merged_before.merge(earlier);
             }
@@ -218,8 +218,8 @@ mod tests {
         assert_eq!(recent.links.iter().map(|link| link.of.0).collect::<Vec<_>>(), [2], "it heard another one before");
         assert_eq!(recent.fleet.periods, 100);
         // A new process of the robot counts from zero: what it counted is all there is.
-        let anew = Pulse::between(Some(&second), &first, Mode::Realtime, 50.0);
-        assert_eq!((of(&anew).periods, anew.fleet.periods), (100, 100));
+        let restarted = Pulse::between(Some(&second), &first, Mode::Realtime, 50.0);
+        assert_eq!((of(&restarted).periods, restarted.fleet.periods), (100, 100));
     }
 
     #[test]

@@ -1,22 +1,15 @@
 //! What the processes of a fleet have counted, for its record: read from their files, as `shoal latency` reads them.
 
 use bus::{Address, Counter, Percentiles, StatsSnapshot};
-use model::{Metric, PerMetric, RobotIndex};
+use model::{Metric, PerMetric};
 use record::{Counted, Figures, Spread};
-use std::collections::BTreeMap;
 
 /// Everything that was counted so far: the fleet, the world, and each robot. Nothing where the files cannot be read.
 pub(crate) fn count(address: &Address) -> Vec<(Counted, Figures)> {
     let Ok(all) = bus::stats::read_all(address) else { return Vec::new() };
-    let (mut fleet, mut world, mut robots) = (StatsSnapshot::default(), None, BTreeMap::new());
-    for (name, snapshot) in all {
-        fleet.merge(&snapshot);
-        if name == bus::stats::WORLD {
-            world = Some(snapshot);
-        } else if let Some(robot) = robot_of(&name) {
-            robots.entry(robot).or_insert_with(StatsSnapshot::default).merge(&snapshot);
-        }
-    }
+    let (robots, world) = bus::stats::by_robot(&all);
+    let mut fleet = world.clone().unwrap_or_default();
+    robots.values().for_each(|snapshot| fleet.merge(snapshot));
     let mut counted = vec![(Counted::Fleet, of(&fleet))];
     for (robot, snapshot) in robots {
         let mut figures = of(&snapshot);
@@ -29,11 +22,6 @@ pub(crate) fn count(address: &Address) -> Vec<(Counted, Figures)> {
     }
     counted.extend(world.map(|world| (Counted::World, of(&world))));
     counted
-}
-
-/// Whose agent a file of statistics belongs to.
-fn robot_of(name: &str) -> Option<RobotIndex> {
-    name.strip_prefix("agent-")?.split_once('-')?.0.parse().ok().map(RobotIndex)
 }
 
 fn of(snapshot: &StatsSnapshot) -> Figures {

@@ -4,11 +4,11 @@
 use super::scale::{COARSE, FINE, MAX_BITS, Scale};
 use super::{
     COUNTERS, Counter, DIRECTORY, HISTOGRAM_SIZE, HISTOGRAMS, LATE, MAGIC, PRESENT, STRIP_BUCKETS, STRIP_MAX,
-    STRIP_METRIC, STRIP_SIZE, STRIPS,
+    STRIP_METRIC, STRIP_SIZE, STRIPS, WORLD,
 };
 use crate::{Address, BusError, Result};
 use hdrhistogram::Histogram;
-use model::{Cause, Metric, PerCause, PerMetric, RobotIndex};
+use model::{Cause, Metric, PerCause, PerMetric, RobotIndex, RobotInstance};
 use std::collections::BTreeMap;
 
 /// Buckets and their maximum; no buckets: not measured.
@@ -122,7 +122,7 @@ impl StatsSnapshot {
         }
     }
 
-    /// What was counted after `before`, an earlier snapshot of the same processes. Where one of them counts anew, all of it.
+    /// What was counted after `before`, an earlier snapshot of the same processes. If one of them has started again from zero, all of it.
     pub fn since(&self, before: &StatsSnapshot) -> StatsSnapshot {
         if self.counter(Counter::Periods) < before.counter(Counter::Periods) {
             return self.clone();
@@ -236,4 +236,23 @@ pub fn read_all(address: &Address) -> Result<Vec<(String, StatsSnapshot)>> {
     }
     all.sort_by(|(a, _), (b, _)| a.cmp(b));
     Ok(all)
+}
+
+/// The robots' statistics by slot, all lives of a robot together, and the world's. Files of others are left out.
+pub fn by_robot(stats: &[(String, StatsSnapshot)]) -> (BTreeMap<RobotIndex, StatsSnapshot>, Option<StatsSnapshot>) {
+    let (mut robots, mut world) = (BTreeMap::<RobotIndex, StatsSnapshot>::new(), None);
+    for (name, snapshot) in stats {
+        if let Some(instance) = instance_of(name) {
+            robots.entry(instance.index).or_default().merge(snapshot);
+        } else if name == WORLD {
+            world = Some(snapshot.clone());
+        }
+    }
+    (robots, world)
+}
+
+/// Whose agent a file of statistics belongs to.
+pub fn instance_of(name: &str) -> Option<RobotInstance> {
+    let (slot, incarnation) = name.strip_prefix("agent-")?.split_once('-')?;
+    Some(RobotInstance { index: RobotIndex(slot.parse().ok()?), incarnation: incarnation.parse().ok()? })
 }

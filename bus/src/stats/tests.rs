@@ -1,7 +1,7 @@
 #![expect(clippy::disallowed_methods, reason = "tests look at files")]
 
 use super::*;
-use model::{PerCause, RobotIndex};
+use model::{PerCause, RobotIndex, RobotInstance};
 use proptest::prelude::*;
 
 /// Writes as `write` does, and reads as everybody does.
@@ -183,4 +183,10 @@ fn what_a_process_that_has_ended_counted_is_taken_once() {
     assert_eq!((taken.counter(Counter::Periods), taken.percentiles(Metric::Wake).unwrap().n), (3, 1));
     assert_eq!((take(&address, "agent-1"), read_all(&address).unwrap().len()), (None, 0));
     crate::clean::sweep(&address);
+}
+
+#[test]
+fn a_file_says_whose_it_is() {
+    assert_eq!(instance_of("agent-12-3"), Some(RobotInstance { index: RobotIndex(12), incarnation: 3 }));
+    assert_eq!((instance_of("agent-12"), instance_of("world"), instance_of("agent-x-1")), (None, None, None));
 }

@@ -13,7 +13,7 @@ use bus::{Address, Counter, Gate, StatsSnapshot};
 use histogram::Spread;
 use model::{Metric, Mode, RobotIndex, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
-use report::measured::{self, instance_of};
+use report::measured;
 use report::text::{blame_words, latency_lines, percentile_cells, percentile_columns, period_lines};
 use report::{Column, LatencyFacts, LatencyReport, LoopLatency, Page, Percentiles, judge, table};
 use serde::Serialize;
@@ -116,11 +116,11 @@ fn ended(address: &Address) -> Failure {
 fn look(address: &Address) -> Result<Look, Failure> {
     let scenario: Scenario = fleet::left(address, world_sim::shell::SCENARIO_FILE)?;
     let stats = bus::stats::read_all(address)?;
-    let (robots, world) = measured::by_robot(&stats);
+    let (robots, world) = bus::stats::by_robot(&stats);
     let mut names: BTreeMap<RobotIndex, String> =
         scenario.robots.iter().enumerate().map(|(slot, robot)| (RobotIndex::of(slot), robot.id.clone())).collect();
     // Robots that were added are not in the scenario; what their agents were told is.
-    for (name, instance) in stats.iter().filter_map(|(name, _)| Some((name, instance_of(name)?))) {
+    for (name, instance) in stats.iter().filter_map(|(name, _)| Some((name, bus::stats::instance_of(name)?))) {
         if !names.contains_key(&instance.index)
             && let Ok(spec) = fleet::left::<AgentSpec>(address, name)
         {

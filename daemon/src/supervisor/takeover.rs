@@ -179,7 +179,7 @@ impl Supervisor {
 /// The instances that were started and have not been cleared away: each has a file that says what it is.
 fn spec_files(address: &Address) -> Vec<RobotInstance> {
     let files = std::fs::read_dir(address.root()).into_iter().flatten().flatten();
-    files.filter_map(|file| report::measured::instance_of(file.file_name().to_str()?)).collect()
+    files.filter_map(|file| bus::stats::instance_of(file.file_name().to_str()?)).collect()
 }
 
 fn read(address: &Address, name: &str) -> Option<Vec<u8>> {

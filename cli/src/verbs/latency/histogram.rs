@@ -106,7 +106,7 @@ mod tests {
         }
         let stats = bus::stats::read_all(&address);
         clean::sweep(&address);
-        let (mut robots, world) = report::measured::by_robot(&stats.unwrap());
+        let (mut robots, world) = bus::stats::by_robot(&stats.unwrap());
         let spread = Spread::of(&robots, world.as_ref(), Metric::Wake);
         let mut text = String::new();
         for width in [60, 30] {

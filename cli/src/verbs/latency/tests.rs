@@ -43,7 +43,7 @@ fn seen(mode: Mode) -> Look {
     clean::sweep(&address);
     let (stats, names) =
         (stats.unwrap(), BTreeMap::from([(RobotIndex(0), "r00".to_owned()), (RobotIndex(1), "scout".to_owned())]));
-    let (robots, world) = measured::by_robot(&stats);
+    let (robots, world) = bus::stats::by_robot(&stats);
     let facts = measured::latency(&stats, &|slot| names.get(&slot).cloned(), mode == Mode::Realtime);
     let (fleet, scenario) = ("abcd234".to_owned(), "demo-15".to_owned());
     Look { what: "fleet", fleet, scenario, mode, tick_hz: 50.0, tick: 1000, robots, world, names, facts }

@@ -8,7 +8,6 @@ use daemon::status::{self, RobotProcess};
 use model::{ProcessState, RobotIndex, RobotInstance, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::operator_to_daemon::Status;
-use report::measured::instance_of;
 use std::collections::BTreeMap;
 
 /// The fleet at `address`, as far as it can be known.
@@ -50,7 +49,8 @@ pub(super) fn status(address: &Address) -> Result<Status, Failure> {
 /// The newest incarnation of every robot: each has a file that says what it is.
 fn instances(address: &Address) -> BTreeMap<RobotIndex, RobotInstance> {
     let files = std::fs::read_dir(address.root()).into_iter().flatten().flatten();
-    let mut instances: Vec<RobotInstance> = files.filter_map(|file| instance_of(file.file_name().to_str()?)).collect();
+    let mut instances: Vec<RobotInstance> =
+        files.filter_map(|file| bus::stats::instance_of(file.file_name().to_str()?)).collect();
     instances.sort_by_key(|instance| (instance.index, instance.incarnation));
     instances.into_iter().map(|instance| (instance.index, instance)).collect()
 }
