@@ -5,7 +5,7 @@ use crate::rows::{Row, Sort, rows};
 use model::{Fault, Mode, PaceChange, ProcessState, Task};
 use protocol::operator_to_daemon::{Assign, NewTasks, Reply, Request};
 use std::collections::{BTreeMap, VecDeque};
-use watch::{Fleet, Frame, Vitals};
+use watch::{Answer, Fleet, Frame, Vitals};
 
 /// Events that are kept.
 const EVENTS_MAX: usize = 200;
@@ -336,26 +336,9 @@ fn goal(typed: &str) -> Option<([f64; 2], Option<f64>)> {
 
 /// What the daemon said, in a line.
 fn said(reply: &Reply) -> Said {
-    let (is_good, words) = match reply {
-        Reply::Tasked(records) | Reply::Tasks(records) => {
-            let of = |record: &protocol::operator_to_daemon::TaskRecord| {
-                format!("task {} of {} is {}", record.id, record.robot, record.state.word())
-            };
-            (true, records.iter().map(of).collect::<Vec<_>>().join("; "))
-        }
-        Reply::Injected { .. } => (true, "done".to_owned()),
-        Reply::Pace(state) if state.paused => (true, format!("paused at tick {}", state.tick)),
-        Reply::Pace(state) => (true, format!("goes on from tick {}", state.tick)),
-        Reply::Refused { problem, hint } => {
-            let hint = hint.as_deref().map_or_else(String::new, |hint| format!(" ({hint})"));
-            (false, format!("{problem}{hint}"))
-        }
-        Reply::Failed { problem, .. } | Reply::Unconfirmed { problem, .. } => (false, problem.clone()),
-        Reply::Joined { .. } | Reply::Removed { .. } | Reply::Stopping | Reply::Status(_) | Reply::Events(_) => {
-            (false, "the daemon said something else".to_owned())
-        }
-    };
-    Said { is_good, words }
+    let Answer { done, words, hint } = Answer::of(reply);
+    let hint = hint.map_or_else(String::new, |hint| format!(" ({hint})"));
+    Said { is_good: done, words: format!("{words}{hint}") }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The thread that looks at the fleet: a daemon that is stopped keeps nobody waiting but it.
+//! The thread that looks at the fleet: a stopped daemon holds up this thread only.
 
 use bus::{Address, OperatorClient};
 use protocol::operator_to_daemon::{Reply, Request};
@@ -55,7 +55,7 @@ pub(crate) struct Eyes {
     address: Address,
     news: Arc<Mutex<News>>,
     enough: Arc<AtomicBool>,
-    /// Somebody waits for the daemon's answer.
+    /// A request waits for the daemon's answer.
     asking: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }

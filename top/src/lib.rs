@@ -7,7 +7,7 @@
 //! shell  the terminal
 //! ```
 //! The robots do not notice: what is looked at lies in shared memory ([`watch`]). A terminal that takes nothing, or has gone,
-//! holds up this process and nobody else.
+//! holds up this process only.
 
 mod app;
 mod draw;

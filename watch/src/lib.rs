@@ -7,13 +7,15 @@
 //! the daemon (status, log) ----'        '--> Vitals   how everybody does, about once a second
 //! ```
 //! The robots do not notice: they are not asked, and what is read of them lies in shared memory anyway. The world writes its frames
-//! only while somebody asks for them ([`Live::rest`]).
+//! only while they are asked for ([`Live::rest`]).
 
+mod answer;
 mod fleet;
 mod frame;
 mod live;
 mod vitals;
 
+pub use answer::Answer;
 pub use fleet::{Arm, Fleet, Form, Member, Thing};
 pub use frame::{Body, Frame};
 pub use live::Live;

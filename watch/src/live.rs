@@ -18,9 +18,7 @@ use std::time::Duration;
 
 /// A daemon that has not said how the fleet is after this long is not waited for.
 const PATIENCE: Duration = Duration::from_millis(500);
-/// What an operator asks for takes the daemon longer: it waits for the world.
-const ORDER_PATIENCE: Duration = Duration::from_secs(5);
-/// So many robots may be looked at closely at the same time; each takes some descriptors.
+/// Number of robots whose intentions are read at the same time; each takes some descriptors.
 const CHOSEN_MAX: usize = 4;
 
 /// Eyes on a running fleet. Nothing is asked of its robots.
@@ -206,12 +204,6 @@ impl Live {
             self.revision += 1;
         }
         Ok(())
-    }
-
-    /// The way to the fleet's daemon for what operators ask. It may take as long as an operator's patience.
-    pub fn operator(&self) -> impl Fn(&Request) -> Result<Reply, WatchError> + Send + use<> {
-        let address = self.address.clone();
-        move |request| Ok(OperatorClient::new(&address).ask(request, ORDER_PATIENCE)?)
     }
 }
 

@@ -25,7 +25,7 @@ const element = (tag, text = "", attributes = {}) => {
 };
 
 let noticeTimer = 0;
-/** Says something in the line below the head; for so long, or until something else is said. */
+/** Shows a message in the line below the head for this time, or until the next message; 0 is without a limit. */
 const say = (words, bad = false, seconds = 6) => {
   $("notice").textContent = words;
   $("notice").classList.toggle("bad", bad);
@@ -835,7 +835,7 @@ const HANDS = [
   ["Kill", "Kill its process", (robot) => ({ do: "kill", robot })],
   ["Halt", "Stop its process", (robot) => ({ do: "halt", robot })],
   ["Resume", "Let it go on, and end its faults", (robot) => ({ do: "go-on", robot })],
-  ["Mute 5 s", "Nobody hears it for 5 s", (robot) => ({ do: "mute", robot, for_s: 5 })],
+  ["Mute 5 s", "Other robots do not hear it for 5 s", (robot) => ({ do: "mute", robot, for_s: 5 })],
   ["Restart", "Give it a new process", (robot) => ({ do: "restart", robot })],
   ["Remove", "It leaves the fleet", (robot) => ({ do: "remove", robot })],
 ];

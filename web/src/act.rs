@@ -1,8 +1,8 @@
-//! What the page asks a fleet to do, and what it is answered.
+//! What the page asks a fleet to do.
 
 use model::{Fault, PaceChange, Rate, Task};
-use protocol::operator_to_daemon::{Assign, NewRobot, NewTasks, Reply, Request};
-use serde::{Deserialize, Serialize};
+use protocol::operator_to_daemon::{Assign, NewRobot, NewTasks, Request};
+use serde::Deserialize;
 
 /// Something to do. Lengths in m.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -22,7 +22,7 @@ pub(crate) enum Act {
     Halt { robot: String },
     /// It goes on; faults that last end.
     GoOn { robot: String },
-    /// Others do not hear the robot for so long, s.
+    /// Other robots do not hear the robot for this time, s.
     Mute { robot: String, for_s: f64 },
     /// No further tick opens; in `lockstep`.
     Pause,
@@ -34,17 +34,6 @@ pub(crate) enum Act {
     Rate { factor: f64 },
     /// The fleet is to end.
     Stop,
-}
-
-/// What came of it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Answer {
-    /// It was done.
-    pub(crate) done: bool,
-    /// What was done, or why not.
-    pub(crate) words: String,
-    /// The way out.
-    pub(crate) hint: Option<String>,
 }
 
 impl Act {
@@ -78,43 +67,6 @@ impl Act {
     }
 }
 
-impl Answer {
-    /// What the daemon said.
-    pub(crate) fn of(reply: &Reply) -> Answer {
-        let done = |words: String| Answer { done: true, words, hint: None };
-        match reply {
-            Reply::Tasked(records) => {
-                let of = |record: &protocol::operator_to_daemon::TaskRecord| {
-                    format!("task {} of {} is {}", record.id, record.robot, record.state.word())
-                };
-                done(records.iter().map(of).collect::<Vec<_>>().join("; "))
-            }
-            Reply::Joined { robot, joined_ms, neighbors, .. } => {
-                done(format!("{robot} joined after {joined_ms:.0} ms and hears {neighbors}"))
-            }
-            Reply::Removed { robot } => done(format!("{robot} has left")),
-            Reply::Injected { .. } => done("done".to_owned()),
-            Reply::Pace(state) => {
-                let paused = if state.paused { "paused" } else { "goes on" };
-                done(format!("{paused} at tick {}", state.tick))
-            }
-            Reply::Stopping => done("the fleet ends".to_owned()),
-            Reply::Refused { problem, hint } => Answer { done: false, words: problem.clone(), hint: hint.clone() },
-            Reply::Failed { problem, hint } | Reply::Unconfirmed { problem, hint } => {
-                Answer { done: false, words: problem.clone(), hint: Some(hint.clone()) }
-            }
-            Reply::Status(_) | Reply::Events(_) | Reply::Tasks(_) => {
-                Answer { done: false, words: "the daemon said something else".to_owned(), hint: None }
-            }
-        }
-    }
-
-    /// It could not be asked for.
-    pub(crate) fn failed(words: String) -> Answer {
-        Answer { done: false, words, hint: None }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -141,16 +93,5 @@ mod tests {
         ] {
             assert!(read(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn a_refusal_keeps_its_words_and_its_way_out() {
-        let refused = Reply::Refused { problem: "unknown robot `x`".to_owned(), hint: Some("known: a".to_owned()) };
-        let answer = Answer::of(&refused);
-        assert_eq!(
-            (answer.done, answer.words.as_str(), answer.hint.as_deref()),
-            (false, "unknown robot `x`", Some("known: a"))
-        );
-        assert!(Answer::of(&Reply::Stopping).done);
     }
 }

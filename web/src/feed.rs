@@ -6,8 +6,7 @@
 use crate::json;
 use ::watch::{Fleet, Live, Vitals, WatchError};
 use bus::{Address, clock};
-use model::{Event, RobotIndex};
-use protocol::operator_to_daemon::EventRecord;
+use model::RobotIndex;
 use serde_json::json;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
@@ -20,7 +19,7 @@ const FRAME_EVERY_NS: u64 = 40_000_000;
 const VITALS_EVERY_NS: u64 = 1_000_000_000;
 /// Without any page, the thread ends after this long.
 const IDLE_NS: u64 = 5_000_000_000;
-/// So many events are kept for pages that open later.
+/// Number of events that are kept for pages that open later.
 const EVENTS_MAX: usize = 512;
 /// Intentions are told of the robots that pages chose last.
 const CHOSEN_MAX: usize = 4;
@@ -114,7 +113,7 @@ impl Feed {
         }
     }
 
-    /// Somebody looks at this robot closely.
+    /// A page has chosen this robot.
     pub(crate) fn choose(&self, robot: RobotIndex) {
         let mut chosen = self.0.chosen.lock().unwrap_or_else(PoisonError::into_inner);
         chosen.retain(|known| *known != robot);
@@ -189,20 +188,15 @@ impl Shared {
         board.vitals = (board.vitals.0 + 1, text.into());
         for record in &vitals.events {
             board.events_seen += 1;
-            let entry = (board.events_seen, event(record, tick_hz).to_string().into());
+            let entry = (
+                board.events_seen,
+                json::event(&record.event, record.robot.as_deref(), &record.detail, tick_hz).to_string().into(),
+            );
             board.events.push_back(entry);
         }
         let excess = board.events.len().saturating_sub(EVENTS_MAX);
         board.events.drain(..excess);
     }
-}
-
-/// An event as the page reads it.
-pub(crate) fn event(record: &EventRecord, tick_hz: f64) -> serde_json::Value {
-    let EventRecord { event: Event { tick, robot: slot, kind }, robot, detail, .. } = record;
-    let at_m = kind.touch().map(|touch| touch.at_m);
-    let time_s = *tick as f64 / tick_hz;
-    json!({ "tick": tick, "time_s": time_s, "slot": slot, "robot": robot, "kind": kind.name(), "detail": detail, "at_m": at_m })
 }
 
 /// Looks at a fleet until it ends, or has no page for long; with which words the pages end.

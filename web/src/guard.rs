@@ -1,7 +1,7 @@
-//! Who may look and act: whoever has the token, from this page, at this address. Pure.
+//! Which requests are answered: those with the token, for this address by name, and not from the page of another site. Pure.
 //!
 //! The server is on 127.0.0.1, where every user of the machine and every page in the browser can reach it. So a request must
-//! bring the token, which is drawn anew for each server and only told to whoever started it; must be for this address by name
+//! bring the token, which is new for each server and printed by it only; must be for this address by name
 //! (else a page of another site whose name suddenly leads here could read: DNS rebinding); and must not come from the page of
 //! another site.
 

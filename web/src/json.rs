@@ -1,7 +1,17 @@
 //! Frames as the page reads them: lists of numbers, short because there are many.
 
+use model::Event;
+use serde_json::{Value, json};
 use std::fmt::Write;
 use watch::Frame;
+
+/// An entry of the log, with the name of its robot and more about it for people.
+pub(crate) fn event(event: &Event, robot: Option<&str>, detail: &str, tick_hz: f64) -> Value {
+    let Event { tick, robot: slot, kind } = event;
+    let at_m = kind.touch().map(|touch| touch.at_m);
+    let time_s = *tick as f64 / tick_hz;
+    json!({ "tick": tick, "time_s": time_s, "slot": slot, "robot": robot, "kind": kind.name(), "detail": detail, "at_m": at_m })
+}
 
 /// A frame: `{"tick", "time_s", "arrived", "contacts", "bodies": [[index, flags, x, y, yaw, goal x, goal y, joint 1, joint 2]],
 /// "intents": [[index, wish x, wish y, command x, command y]]}`. Lengths in m to the millimetre, angles in rad. A body has as many

@@ -1,6 +1,6 @@
 //! The server: which address answers what.
 
-use crate::act::{Act, Answer};
+use crate::act::Act;
 use crate::feed::{Feed, Page};
 use crate::guard::{Caller, Guard};
 use crate::tape::Tape;
@@ -25,8 +25,9 @@ use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+use watch::Answer;
 
-/// So many pages may look at the same time.
+/// Maximum number of pages at the same time.
 const PAGES_MAX: usize = 64;
 /// What a page asks for is shorter, bytes.
 const REQUEST_MAX: usize = 4096;
@@ -52,8 +53,8 @@ const TOKEN: HeaderName = HeaderName::from_static("x-shoal-token");
 pub struct Options {
     /// The port; 0 is any.
     pub port: u16,
-    /// Only the fleet with this id; otherwise all of this user.
-    pub fleet: Option<String>,
+    /// Only this fleet; otherwise all of this user.
+    pub fleet: Option<FleetEntry>,
     /// The server ends when that fleet has.
     pub ends_with_fleet: bool,
     /// Records that are played; without running fleets then.
@@ -160,8 +161,7 @@ async fn guarded(State(site): Here, request: Request, next: Next) -> Response {
     let mut response = if site.guard.admits(caller) || is_open && site.guard.is_here(caller) {
         next.run(request).await
     } else {
-        let words =
-            "this address is for whoever started the server: open the address that it printed, with its token\n";
+        let words = "this page needs the token of its server: open the whole address that `shoal view` printed\n";
         (StatusCode::FORBIDDEN, words).into_response()
     };
     let headers = response.headers_mut();
@@ -183,9 +183,13 @@ impl Site {
         if !self.options.tapes.is_empty() {
             return Vec::new();
         }
-        let wanted = |fleet: &FleetEntry| self.options.fleet.as_deref().is_none_or(|id| fleet.address.id() == id);
-        let fleets = clean::list_fleets().unwrap_or_default();
-        fleets.into_iter().filter(|fleet| !fleet.abandoned && wanted(fleet)).collect()
+        match &self.options.fleet {
+            Some(fleet) => Some(fleet.clone()).filter(|fleet| fleet.address.root().exists()).into_iter().collect(),
+            None => {
+                let fleets = clean::list_fleets().unwrap_or_default();
+                fleets.into_iter().filter(|fleet| !fleet.abandoned).collect()
+            }
+        }
     }
 
     fn fleet(&self, id: &str) -> Result<FleetEntry, Refusal> {

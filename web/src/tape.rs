@@ -7,9 +7,9 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use watch::{Body, Fleet, Frame, Member};
 
-/// So many frames are sent at once, at most.
+/// Maximum number of frames in an answer.
 const FRAMES_MAX: usize = 512;
-/// So many events are shown, the newest.
+/// Maximum number of events that are shown: the newest ones.
 const EVENTS_MAX: usize = 5000;
 
 /// A record that is played.
@@ -78,15 +78,7 @@ impl Tape {
             let robot = self.record.robot_at(index, event.tick).or_else(|| self.record.robot(index));
             robot.map_or_else(|| format!("slot-{index}"), |robot| robot.id.clone())
         };
-        json!({
-            "tick": event.tick,
-            "time_s": event.tick as f64 / tick_hz,
-            "slot": event.robot,
-            "robot": event.robot.map(name),
-            "kind": event.kind.name(),
-            "detail": event.kind.detail(&name),
-            "at_m": event.kind.touch().map(|touch| touch.at_m),
-        })
+        json::event(event, event.robot.map(name).as_deref(), &event.kind.detail(&name), tick_hz)
     }
 
     /// The frames of every `step`th tick from one to another, as JSON; no more than [`FRAMES_MAX`].

@@ -20,7 +20,7 @@ pub fn run(options: &ViewArgs) -> Result<(), Failure> {
     }
     let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
     let fleet = match options.fleet.fleet {
-        Some(_) => Some(fleet::choose(&options.fleet)?.id().to_owned()),
+        Some(_) => Some(fleet::choose_entry(&options.fleet)?),
         None => None,
     };
     let tapes = options.records.iter().map(|path| open(path)).collect::<Result<_, _>>()?;
