@@ -6,6 +6,7 @@
 //! wire       protocol buffers            schema     how other programs decode them
 //! writer     from moments to messages    sink       the thread and the file that it writes
 //! reader     records, from any tick      source     the bytes of a record
+//! walk       where the parts of a file are
 //! export     records as other formats    ros2       as ROS 2 has them
 //! palette    colours and sizes           figures    what processes have counted
 //! container  MCAP: the one file that names the library
@@ -31,6 +32,7 @@ mod sink;
 mod source;
 #[cfg(test)]
 mod tests;
+mod walk;
 mod wire;
 mod writer;
 

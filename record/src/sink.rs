@@ -2,7 +2,7 @@
 //!
 //! The process that has the world never waits for the disk in `realtime`: a moment for which the queue has no room is left
 //! out and counted, and the record says so where it is missing. In `lockstep` and `single`, whose time is only simulated,
-//! it waits, up to a limit. The thread looks for moments at intervals, so nobody has to wake it.
+//! it waits, up to a limit. The thread looks for moments at intervals, so it needs no wake-up.
 
 use crate::figures::{Counted, Figures};
 use crate::header::Ending;
@@ -184,7 +184,7 @@ fn pause(time: Duration) {
     std::thread::sleep(time);
 }
 
-/// The thread: writes moments as they come. After a failure it goes on taking them, so that nobody waits for it.
+/// The thread: writes moments as they come. After a failure it goes on taking them, so that the world does not wait for it.
 fn write<W: Write>(
     mut writer: RecordWriter<W>,
     moments: &Receiver<Item>,
@@ -353,7 +353,7 @@ mod tests {
                 pause(Duration::from_millis(30));
             }
         }
-        assert!(begun.elapsed() < Duration::from_secs(5), "nobody waits for the disk");
+        assert!(begun.elapsed() < Duration::from_secs(5), "the world does not wait for the disk");
         pause(Duration::from_millis(600));
         let mut last = moment(400);
         next = Moment { tick: 400, bodies: std::mem::take(&mut last.bodies), ..next };
