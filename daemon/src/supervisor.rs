@@ -5,13 +5,14 @@ mod ending;
 mod joining;
 mod keeping;
 mod places;
+mod serving;
 mod takeover;
 mod worlds;
 
 pub use ending::Finished;
 pub use takeover::Orphan;
 
-use crate::coordinator::{Action, Answer, Coordinator, Ending, Missed, News, OpenTick, Robots, Signal};
+use crate::coordinator::{Action, Coordinator, Ending, Missed, News, Robots, Signal};
 use crate::error::{Error, Kind};
 use crate::executables::Executables;
 use crate::guardian::Guardian;
@@ -21,7 +22,6 @@ use crate::rlimits;
 use crate::service::{Entry, Level};
 use crate::service::{Service, wall_ms};
 use crate::signals::Signals;
-use crate::status;
 use bus::{
     Address, Footing, Gate, Helm, Lease, Node, NoticeReceiver, OperatorServer, OrderSender, Progress, Responder,
     Services, Sizes, StatsSnapshot, WorldObserver, clean, clock,
@@ -34,9 +34,7 @@ use protocol::FLEET_VERSION;
 use protocol::codec;
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::daemon_to_world::{Order, Ticket};
-use protocol::operator_to_daemon::{Assign, NewTasks, Reply, Request, Status};
 use protocol::world_to_daemon::Notice;
-use protocol::world_to_robot::Odometry;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::Signal as Kill;
 use std::collections::BTreeMap;
@@ -50,8 +48,6 @@ use worlds::Worlds;
 const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 /// The same while an operator waits for a robot to join.
 const JOINING_BEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
-/// Requests of operators that are answered before anything else is looked at again.
-const REQUESTS_AT_A_TIME: usize = 32;
 /// How often it looks whether the fleet's files are still there.
 const FOOTING_EVERY: Duration = Duration::from_millis(250);
 /// How long the world may take to end once it has been asked to: some container runtimes kill after ten seconds.
@@ -517,72 +513,6 @@ impl Supervisor {
             Ok(pid) => self.coordinator.spawned(instance, pid, now()),
             Err(problem) => self.coordinator.not_spawned(instance, problem),
         }
-    }
-
-    /// Answers operators: no more at a time than leaves room for everything else, however many there are. The others are
-    /// waited on by the next `poll`, which returns immediately.
-    fn serve(&mut self) {
-        for _ in 0..REQUESTS_AT_A_TIME {
-            let Some((request, responder)) = self.operators.take() else { break };
-            let answer = match &request {
-                Request::Status => Answer::Now(Reply::Status(self.status())),
-                // An operator who went believes that nothing was done.
-                _ if !responder.is_awaited() => continue,
-                request => {
-                    match request {
-                        Request::Task(NewTasks { assign: Assign::Auction, .. }) => {
-                            self.coordinator.tell_places(self.places(Bids::Read));
-                        }
-                        Request::Task(NewTasks { assign: Assign::Nearest | Assign::Optimal, .. }) => {
-                            self.coordinator.tell_places(self.places(Bids::Unread));
-                        }
-                        _ => {}
-                    }
-                    let (observer, robots) = (&self.observer, &self.coordinator.scenario().robots);
-                    let bodies: Vec<(RobotIndex, Odometry, f64)> = (self.coordinator.members().iter())
-                        .filter(|member| member.in_world())
-                        .map(|member| member.instance.index)
-                        .map(|robot| (robot, observer.odometry(robot), robots[robot.at()].radius_m))
-                        .collect();
-                    let near = |[x_m, y_m]: [f64; 2], radius_m: f64| {
-                        let reach = |body: &(RobotIndex, Odometry, f64)| {
-                            (body.1.x_m - x_m).hypot(body.1.y_m - y_m) < body.2 + radius_m
-                        };
-                        bodies.iter().find(|body| reach(body)).map(|body| body.0)
-                    };
-                    self.coordinator.request(request, &near)
-                }
-            };
-            match answer {
-                Answer::Now(reply) => responder.reply(&reply),
-                Answer::Later(ticket) => self.awaiting.push((ticket, responder)),
-            }
-        }
-        let noise = self.operators.noise();
-        self.coordinator.noise(noise.count, &noise.newest, now());
-    }
-
-    /// The tick that has been open for too long, if one is.
-    fn open_tick(&self) -> Option<OpenTick> {
-        let instances = self.coordinator.members().iter().map(|member| member.instance);
-        status::open_tick(self.coordinator.scenario().clock.mode, &self.gate, &self.observer, instances)
-    }
-
-    fn status(&self) -> Status {
-        let process = |member: &crate::coordinator::Member| status::RobotProcess {
-            instance: member.instance,
-            pid: member.pid.map(|started| self.children.agent_pid(started)),
-            state: member.state,
-            restarts: member.restarts(),
-        };
-        status::of(
-            self.coordinator.scenario(),
-            self.coordinator.members().iter().map(process),
-            &self.gate,
-            &self.observer,
-            std::process::id(),
-            self.children.world_pid().unwrap_or(0),
-        )
     }
 }
 

@@ -4,7 +4,7 @@ use model::{Event, RobotIndex};
 use protocol::operator_to_daemon::EventRecord;
 use std::collections::VecDeque;
 
-/// So many are kept.
+/// Number of entries that are kept.
 const KEPT: usize = 256;
 
 /// The entries that are kept, the oldest first.
@@ -53,7 +53,7 @@ mod tests {
         assert_eq!(numbers(&log, 298), [299, 300]);
         assert_eq!(numbers(&log, 300), Vec::<u64>::new());
         assert_eq!(numbers(&log, 0).len(), KEPT);
-        assert_eq!(numbers(&log, 301).len(), KEPT, "the daemon is another one, which counts anew");
+        assert_eq!(numbers(&log, 301).len(), KEPT, "another daemon counts from 1 again");
         let newest = &log.after(299)[0];
         let told = (newest.event.tick, newest.robot.as_deref(), newest.detail.as_str());
         assert_eq!(told, (299, Some("r3"), "incarnation 2"));
