@@ -5,6 +5,7 @@
 
 #[path = "../counting.rs"]
 mod counting;
+mod messages;
 mod random;
 mod records;
 mod requests;
