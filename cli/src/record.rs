@@ -1,5 +1,5 @@
-//! `shoal run --record FILE`: where the record goes, and what became of it. The format is that of [`record`]; whoever has the
-//! world writes it: this process in `single`, else the world's.
+//! `shoal run --record FILE`: where the record goes, and what became of it. The format is that of [`record`]; the process that has
+//! the world writes it: this one in `single`, the world-sim process otherwise.
 
 use crate::exit::Failure;
 use crate::file::Files;

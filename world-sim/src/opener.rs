@@ -17,7 +17,7 @@ pub enum Opens {
     OnOrder,
 }
 
-/// Opens ticks, one after the other. One that nobody has given an order opens every tick at once.
+/// Opens ticks, one after the other. Without an order it opens every tick at once.
 #[derive(Clone, Debug)]
 pub struct Opener {
     /// Simulated time of a tick, s.
