@@ -47,6 +47,7 @@ pub static PAPER: Paper = Paper {
         ),
     ],
     rows,
+    steps: 0,
     series: series::series,
 };
 
