@@ -293,6 +293,8 @@ impl Agent {
             spare_m: promise.map_or(0.0, |promise| promise.spare_m),
             brake_m: self.brake_m,
             intent: plan.intent.map(shared).unwrap_or_default(),
+            pull: plan.attractive.cast().into(),
+            push: plan.repulsive.cast().into(),
             flags,
             speed_mps_max: self.speed_mps_max,
         };

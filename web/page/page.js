@@ -6,7 +6,8 @@
 const $ = (id) => document.getElementById(id);
 const token = new URLSearchParams(location.search).get("token") ?? "";
 const OBSTACLE = 1, ARRIVED = 2, SILENT = 4;
-const TRAIL_MAX = 160, EVENTS_MAX = 300, CHART_MAX = 120, FLASH_MS = 1500, NAMES_MAX = 40;
+const TRAIL_MAX = 160, EVENTS_MAX = 300, CHART_MAX = 120, TERM_PX = 70;
+const FLASH_MS = 1500, NAMES_MAX = 40;
 /** Poses older than this are drawn in the last colour, ms. */
 const OLD_MS = 60;
 
@@ -383,11 +384,9 @@ function drawLayer(context, stage, layer) {
   }
   const names = robots.length <= NAMES_MAX || scale > 90;
   for (const body of robots) drawRobot(context, stage, layer, body, names);
-  for (const [index, wx, wy, cx, cy] of layer.frame?.intents ?? []) {
+  for (const [index, ...terms] of layer.frame?.intents ?? []) {
     const body = layer.body(index);
-    if (!body || index !== chosen) continue;
-    if (wx !== null) arrow(context, stage, body, [wx, wy], tones.goal, [4, 3], "wish");
-    if (cx !== null) arrow(context, stage, body, [cx, cy], tones.chosen, [], "command");
+    if (body && index === chosen) drawTerms(context, stage, body, terms);
   }
   const now = performance.now();
   layer.flashes = layer.flashes.filter((flash) => now - flash.since < FLASH_MS);
@@ -474,11 +473,19 @@ function drawLinks(context, stage, layer) {
   }
 }
 
-function arrow(context, stage, [, , x, y], [vx, vy], tone, dash, word) {
+// What the chosen robot's plan is made of. Pull and push are in a unit of the method's own, so the longer one is drawn TERM_PX long.
+function drawTerms(context, stage, [, , x, y], [pullX, pullY, pushX, pushY, commandX, commandY]) {
   const from = stage.place([x, y]);
-  const to = stage.place([x + vx, y + vy]);
+  const longest = Math.max(Math.hypot(pullX, pullY), Math.hypot(pushX, pushY));
+  const scale = longest > 0 && Number.isFinite(longest) ? TERM_PX / longest : 0;
+  arrow(context, from, [from[0] + scale * pullX, from[1] - scale * pullY], tones.goal, [6, 3], "pull");
+  arrow(context, from, [from[0] + scale * pushX, from[1] - scale * pushY], tones.contact, [2, 3], "push");
+  if (commandX !== null) arrow(context, from, stage.place([x + commandX, y + commandY]), tones.chosen, [], "command");
+}
+
+function arrow(context, from, to, tone, dash, word) {
   const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
-  if (length < 3) return;
+  if (!(length >= 3)) return;
   const [ux, uy] = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
   context.strokeStyle = context.fillStyle = tone;
   context.lineWidth = 2;
@@ -489,7 +496,7 @@ function arrow(context, stage, [, , x, y], [vx, vy], tone, dash, word) {
   line(context, [to, [to[0] - 8 * ux + 4 * uy, to[1] - 8 * uy - 4 * ux], [to[0] - 8 * ux - 4 * uy, to[1] - 8 * uy + 4 * ux]]);
   context.fill();
   context.font = "11px system-ui, sans-serif";
-  context.fillText(word, to[0] + 6, to[1] + (word === "wish" ? 12 : -4));
+  context.fillText(word, to[0] + 6, to[1] + (word === "pull" ? 12 : -4));
 }
 
 function drawAdd(context, stage) {
