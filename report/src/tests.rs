@@ -337,7 +337,8 @@ fn every_field_of_the_contract_is_there() {
         &json["outcome"],
         "arrived arrived_all succeeded makespan_s flowtime_s mean_time_s path_length_m path_ratio_mean robot_contacts \
          obstacle_contacts min_clearance_m min_obstacle_clearance_m deadlocked livelocked oscillating ldj_mean filter_interventions \
-         time_lost_s_mean time_lost_s_max goals_done throughput_per_s reversals_per_m",
+         time_lost_s_mean time_lost_s_max goals_done throughput_per_s reversals_per_m \
+         crossings right_of_way_violations",
     );
     check(
         &json["per_robot"][0],

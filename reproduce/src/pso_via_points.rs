@@ -47,7 +47,7 @@ pub static PAPER: Paper = Paper {
         ),
     ],
     rows,
-    steps: 0,
+    steps: 35,
     series: series::series,
 };
 

@@ -3,6 +3,7 @@
 mod amr_apf;
 mod bodies;
 mod catalog;
+mod crossings;
 mod crowds;
 mod determinism;
 mod invariants;

@@ -11,7 +11,7 @@
 //! shortest    the path one could take
 //! shapes      obstacles where they are    grid        who is near whom
 //! ranges      who hears and sees what     contact     swept clearances
-//! restarts    what follows the end of a process
+//! crossings   right of way                restarts    what follows the end of a process
 //! referee     goals, arrival, path        progress    who gets nowhere
 //! faults      what is done on purpose
 //! journal     log and notices
@@ -29,6 +29,7 @@ pub mod attendance;
 mod body;
 mod checkpoints;
 mod contact;
+mod crossings;
 mod faults;
 mod figures;
 mod grid;

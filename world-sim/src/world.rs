@@ -13,6 +13,7 @@ mod views;
 use crate::arm::{self, Arm};
 use crate::body::Body;
 use crate::contact::{Contact, Contacts};
+use crate::crossings::Crossings;
 use crate::faults::Faults;
 use crate::grid::Grid;
 use crate::journal::Journal;
@@ -95,6 +96,7 @@ pub struct World {
     grid: Grid,
     ranges: Ranges,
     contacts: Contacts,
+    crossings: Crossings,
     journal: Journal,
     /// What it was told since the recorder took it last, if the run is recorded.
     tape: Option<WorldInputs>,
@@ -170,6 +172,7 @@ impl World {
             grid: Grid::default(),
             ranges: Ranges::default(),
             contacts: Contacts::new(),
+            crossings: Crossings::default(),
             journal: Journal::default(),
             tape: None,
             hash: 0,
@@ -218,6 +221,7 @@ impl World {
         }
         (self.scolded[slot], self.plans[slot]) = (false, PlanState::Ready);
         self.contacts.forget(slot);
+        self.crossings.forget(slot);
         if let Some(solid) = &mut self.solid {
             solid.leave(slot);
         }
@@ -448,6 +452,7 @@ impl World {
             self.contacts.found.extend(solid.touched());
         }
         self.log_contacts(self.tick - 1);
+        self.crossings.look(self.tick, self.clock.dt_s(), &self.bodies, self.ranges.all_heard());
         self.judge(time_s);
         self.announce();
         self.impairments_changed.clear();

@@ -30,6 +30,8 @@ impl World {
             min_clearance_m: Some(self.contacts.clearance_m).filter(|clearance| clearance.is_finite()),
             min_obstacle_clearance_m: Some(self.contacts.obstacle_clearance_m)
                 .filter(|clearance| clearance.is_finite()),
+            crossings: self.crossings.passed,
+            right_of_way_violations: self.crossings.violations,
             filter: self.filter,
             goals_done: self.goals_before + goals_here.sum::<u64>(),
             events: self.journal.events.clone(),
