@@ -93,7 +93,10 @@ fn lost_time_throughput_and_reversals_are_means_of_the_runs() {
     assert!(holds("throughput>=0.5") && !holds("throughput>0.5"));
     assert_eq!((other.crossings, other.right_of_way_violations), (40, 16), "of eight runs");
     assert!(!holds("straight:right_of_way_violations==0"), "nobody crossed");
-    assert!(holds("apf:right_of_way_violations<=0.4") && !holds("apf:right_of_way_violations<0.4"));
+    assert!(
+        holds("decentralized-apf:right_of_way_violations<=0.4")
+            && !holds("decentralized-apf:right_of_way_violations<0.4")
+    );
     assert!(holds("straight:reversals_per_m==0") && !holds("reversals_per_m<0.3") && holds("reversals_per_m<0.4"));
 }
 
