@@ -10,7 +10,7 @@ type Figure = fn(&Row) -> Option<f64>;
 type Comparison = fn(f64, f64) -> bool;
 
 /// The metrics of assertions: name and figure.
-const METRICS: [(&str, Figure); 16] = [
+const METRICS: [(&str, Figure); 17] = [
     // Share of runs in which all robots arrived and nothing touched.
     ("success", |row| Some(row.success_rate)),
     // Share of robots that arrived.
