@@ -63,7 +63,8 @@ fn bash_completes_what_it_is_given() {
     let folder = tempfile::tempdir().expect("a temporary directory");
     std::os::unix::fs::symlink(SHOAL, folder.path().join("shoal")).expect("a link");
     let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap_or_default());
-    let output = Command::new("bash").args(["-c", script]).env("SHOAL", SHOAL).env("PATH", path).output().expect("it runs");
+    let output =
+        Command::new("bash").args(["-c", script]).env("SHOAL", SHOAL).env("PATH", path).output().expect("it runs");
     let found = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(found.contains("demo-15"), "{found} {}", String::from_utf8_lossy(&output.stderr));
 }

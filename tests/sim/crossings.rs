@@ -19,8 +19,8 @@ fn cross(late_m: f64, radio_range_m: f64) -> (u64, u64) {
 fn who_drives_on_from_the_left_takes_the_right_of_way() {
     assert_eq!(cross(-0.3, 20.0), (1, 0), "the one from the right goes first");
     assert_eq!(cross(0.3, 20.0), (1, 1), "it goes second");
-    assert_eq!(cross(2.0, 20.0), (0, 0), "they do not meet");
-    assert_eq!(cross(0.3, 0.5), (0, 0), "they do not hear each other before they have passed");
+    assert_eq!(cross(3.0, 20.0), (0, 0), "they do not meet");
+    assert_eq!(cross(0.6, 0.3), (0, 0), "they do not hear each other before they have passed");
 }
 
 /// Where four streams cross, ORCA with a turn to the right lets more of those go first that come from the right than robots that

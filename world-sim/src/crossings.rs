@@ -1,7 +1,7 @@
 //! Right of way: whose ways cross, and who lets whom go first.
 //!
 //! Two robots cross when both drive, their directions differ by 30 to 150 degrees, each is ahead of the other, and within
-//! [`HORIZON_S`] they would touch if both kept their velocities. Who has the other one on its right hand gives way: it passes
+//! [`HORIZON_S`] they would come nearer than [`NEAR`] times where they touch if both kept their velocities. Who has the other one on its right hand gives way: it passes
 //! behind, as ships and cars do. In the frame of the other one, which keeps its way, the one that gives way begins ahead on
 //! the left. If it leaves that quadrant across the course ahead, it has taken the right of way; if it falls behind, it has
 //! given it. A pair that does neither within [`LIMIT_S`] (one of them arrives, leaves, or both wait) is not counted.
@@ -14,8 +14,10 @@ use nalgebra::{Point2, Vector2};
 use protocol::world_to_robot::NeighborRef;
 use serde::{Deserialize, Serialize};
 
-/// Who would touch later than this does not cross yet, s.
-const HORIZON_S: f64 = 3.0;
+/// Who comes near later than this does not cross yet, s.
+const HORIZON_S: f64 = 5.0;
+/// How near, in sums of their radii. Planners that look ahead are seldom on a course on which they would touch.
+const NEAR: f64 = 2.0;
 /// A crossing has an end by then, s.
 const LIMIT_S: f64 = 30.0;
 /// How often it is looked at, s.
@@ -67,14 +69,14 @@ impl Way {
         let to_other = other.at - self.at;
         let sine = self.velocity.perp(&other.velocity) / (self.velocity.norm() * other.velocity.norm());
         let both_ahead = self.velocity.dot(&to_other) > 0.0 && other.velocity.dot(&to_other) < 0.0;
-        sine >= SINE_MIN && both_ahead && self.would_touch(other)
+        sine >= SINE_MIN && both_ahead && self.comes_near(other)
     }
 
-    fn would_touch(&self, other: &Way) -> bool {
+    fn comes_near(&self, other: &Way) -> bool {
         let (apart, closing) = (other.at - self.at, other.velocity - self.velocity);
         let nearest_s = -apart.dot(&closing) / closing.norm_squared();
         let apart_m = (apart + closing * nearest_s).norm();
-        (0.0..=HORIZON_S).contains(&nearest_s) && apart_m < self.radius_m + other.radius_m
+        (0.0..=HORIZON_S).contains(&nearest_s) && apart_m < NEAR * (self.radius_m + other.radius_m)
     }
 }
 
@@ -161,8 +163,8 @@ mod tests {
         // The one to the east has the one to the north on its right hand.
         assert_eq!(cross(0.0, 0.2), (1, 0));
         assert_eq!(cross(0.2, 0.0), (1, 1));
-        // Nobody would touch anybody.
-        assert_eq!((cross(0.0, 1.0), cross(1.0, 0.0)), ((0, 0), (0, 0)));
+        // Nobody comes near anybody.
+        assert_eq!((cross(0.0, 2.0), cross(2.0, 0.0)), ((0, 0), (0, 0)));
     }
 
     #[test]
