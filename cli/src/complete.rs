@@ -4,7 +4,7 @@
 use crate::args::{Cli, Shell};
 use crate::verbs::fleet;
 use bus::OperatorClient;
-use clap::{Arg, Command, CommandFactory};
+use clap::{Command, CommandFactory};
 use clap_complete::engine::{
     ArgValueCandidates, ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
 };
