@@ -18,7 +18,7 @@ fn a_shell_is_offered_robots_and_fleets_that_run() {
     let service = Service::up(2);
     let fleets = words(&["shoal", "ps", "--fleet", ""]);
     assert!(fleets.contains(&service.name), "{fleets:?}");
-    service.json(&["add", "--id", "scout-7", "--start", "0,9", "--goal", "1,9"]);
+    service.json(&["add", "--id", "scout-7", "--start", "0,3", "--goal", "2,3"]);
     let robots = words(&["shoal", "task", "send", "scout"]);
     assert_eq!(robots, ["scout-7"], "a robot that came later is among them");
     assert!(words(&["shoal", "restart", ""]).contains(&"a".to_owned()));
