@@ -219,6 +219,9 @@ impl Supervisor {
         let guardian = Guardian::start(&address)?;
         let left = OutcomeFile::create(&address).map_err(|error| no_room(&address, &error))?;
         write(&address, world_sim::shell::SCENARIO_FILE, &scenario)?;
+        if let Some(map) = &scenario.map {
+            bus::freeze_map(&address, map)?;
+        }
         if let Some(record) = record {
             write_bytes(&address.file(world_sim::shell::RECORD_FILE), record.as_os_str().as_bytes())?;
         }
