@@ -21,8 +21,8 @@ use crate::problems::{Origin, Report};
 use crate::table::{UnknownCells, World};
 use geometry::Map;
 use geometry::map::{Cells, MapError, Raster, WALLS_MAX};
-use model::key::Named;
 use model::MapRef;
+use model::key::Named;
 
 /// What is wrong with a file, and the way out.
 #[derive(Debug, PartialEq)]
