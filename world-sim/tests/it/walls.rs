@@ -100,6 +100,7 @@ fn the_path_ratio_knows_the_walls() {
     (0..SIDE as usize - 1).for_each(|y| cells.fill(8, y));
     let (from, to) = (raster.at(2.5, 2.5), raster.at(14.5, 2.5));
     let mut scenario = world(&cells, raster, &[[from, to]]);
+    scenario.clock.ticks_max = 600;
     scenario.robots[0].goals = vec![raster.at(2.5, 15.5), raster.at(14.5, 15.5), to];
     let outcome = Driver::new(&scenario).run();
     assert_eq!((outcome.obstacle_contacts, outcome.robots[0].arrived), (0, true));
