@@ -107,3 +107,40 @@ fn the_path_ratio_knows_the_walls() {
     let ratio = outcome.robots[0].path_ratio.unwrap();
     assert!((0.97..1.05).contains(&ratio), "{ratio}");
 }
+
+/// The map of a run is a file that its processes map; one that was changed, cut or is another one is refused.
+#[test]
+#[expect(clippy::disallowed_methods, reason = "the file of the map, and what is done to it")]
+fn processes_share_the_map_as_a_file() {
+    let (cells, raster) = (Cells::new(SIDE, SIDE).unwrap(), raster(0.0));
+    let scenario = world(&cells, raster, &[[raster.at(2.0, 2.0), raster.at(4.0, 2.0)]]);
+    let known = scenario.map.unwrap();
+    let address = bus::Address::create().unwrap();
+    let path = address.file("map");
+    let told = || as_kept(&known);
+    assert!(bus::attach_map(&address, Some(&mut told())).is_err_and(|error| error.is_missing()));
+    bus::freeze_map(&address, &known).unwrap();
+    let mut attached = told();
+    bus::attach_map(&address, Some(&mut attached)).unwrap();
+    assert_eq!(attached.map(), known.map());
+    bus::attach_map(&address, None).unwrap();
+    assert_eq!(std::os::unix::fs::MetadataExt::mode(&std::fs::metadata(&path).unwrap()) & 0o777, 0o400);
+    let whole = std::fs::read(&path).unwrap();
+    for (bytes, cause) in [
+        ([&whole[..200], &[whole[200] ^ 1], &whole[201..]].concat(), "its checksum does not fit"),
+        (whole[..whole.len() - 8].to_vec(), "its length does not fit its header"),
+        (Map::build(&[], true, None).unwrap().bytes().to_vec(), "it is not the map of this scenario"),
+        (Vec::new(), "it is empty"),
+    ] {
+        std::fs::remove_file(&path).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let error = bus::attach_map(&address, Some(&mut told())).unwrap_err();
+        assert!(error.to_string().contains(cause), "{error}");
+    }
+    bus::clean::sweep(&address);
+}
+
+/// What is read of a scenario that was kept: without the walls.
+fn as_kept(map: &MapRef) -> MapRef {
+    protocol::codec::decode(&protocol::codec::encode(map).unwrap()).unwrap()
+}
