@@ -223,6 +223,9 @@ impl Supervisor {
         let guardian = Guardian::start(&address)?;
         let left = OutcomeFile::create(&address).map_err(|error| no_room(&address, &error))?;
         write(&address, world_sim::shell::SCENARIO_FILE, &scenario)?;
+        if let Some(map) = &scenario.map {
+            bus::freeze_map(&address, map)?;
+        }
         let node = Node::new(&address, "daemon")?;
         let services = Services::create(&node, sizes)?;
         let gate = Gate::create(&address, sizes.max_robots)?;

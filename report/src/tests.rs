@@ -70,6 +70,7 @@ fn scenario(robots: usize, mode: Mode) -> Scenario {
         obstacles: Vec::new(),
         robots: (0..robots).map(robot).collect(),
         template: robot(0),
+        map: None,
         templates_of_others: Vec::new(),
         events: Vec::new(),
         expect: Expect::default(),

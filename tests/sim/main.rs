@@ -8,6 +8,7 @@ mod crowds;
 mod determinism;
 mod invariants;
 mod lanes;
+mod maps;
 mod radio;
 mod random;
 mod replay;

@@ -45,7 +45,8 @@ impl Live {
     /// # Errors
     /// When the fleet is gone, or its files are from another build.
     pub fn open(address: &Address, name: Option<&str>) -> Result<Live, WatchError> {
-        let scenario: Scenario = left(address, world_sim::shell::SCENARIO_FILE)?;
+        let mut scenario: Scenario = left(address, world_sim::shell::SCENARIO_FILE)?;
+        bus::attach_map(address, scenario.map.as_mut())?;
         let gate = Gate::open(address)?;
         Ok(Live {
             fleet: Fleet::of(address.id(), name, &scenario),

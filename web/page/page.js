@@ -113,6 +113,7 @@ class Stage {
       high = [Math.max(high[0], x + r), Math.max(high[1], y + r)];
     };
     for (const { fleet, frame } of this.layers) {
+      for (const chain of fleet.walls_m ?? []) for (const [x, y] of chain) add(x, y, 0);
       for (const thing of fleet.things) {
         for (const [x, y] of thing.ends_m ?? thing.corners_m) add(x, y, thing.radius_m ?? 0);
       }
@@ -272,6 +273,7 @@ class Stage {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
     drawGrid(context, this);
+    drawWalls(context, this, this.layers[0]);
     drawThings(context, this, this.layers[0]);
     for (const layer of this.layers) drawLayer(context, this, layer);
     if (this.add) drawAdd(context, this);
@@ -313,6 +315,24 @@ function drawGrid(context, stage) {
     context.stroke();
     context.fillText(`${y.toFixed(digits)}`, 3, py - 3);
   }
+}
+
+/** The walls of the map: one path in metres, made once and drawn as the view has it. */
+function drawWalls(context, stage, layer) {
+  const chains = layer.fleet.walls_m ?? [];
+  if (!chains.length) return;
+  if (layer.walls?.of !== layer.fleet.walls_m) {
+    const path = new Path2D();
+    for (const chain of chains) chain.forEach(([x, y], i) => (i ? path.lineTo(x, y) : path.moveTo(x, y)));
+    layer.walls = { of: layer.fleet.walls_m, path };
+  }
+  const [x, y] = stage.place([0, 0]);
+  context.save();
+  context.transform(stage.view.scale, 0, 0, -stage.view.scale, x, y);
+  context.strokeStyle = tones["stone-edge"];
+  context.lineWidth = 1.5 / stage.view.scale;
+  context.stroke(layer.walls.path);
+  context.restore();
 }
 
 function drawThings(context, stage, layer) {

@@ -19,7 +19,7 @@
 //! opener      when ticks of lockstep open
 //! shell       the process                 recorder    everything into a file
 //! figures     what the processes count, for the record
-//! touch       where bodies touched first
+//! touch       where bodies touched first       walls       those of the map
 //! outcome_file  what the process leaves   checkpoints  what another one can go on from
 //! whole_file  a file, whole or not at all
 //! ```
@@ -49,6 +49,7 @@ mod shapes;
 pub mod shell;
 mod shortest;
 mod touch;
+mod walls;
 pub mod whole_file;
 mod world;
 

@@ -14,7 +14,7 @@ impl World {
     /// Besides the robots that were in the world it lists those that should have been and never entered, as gone:
     /// a robot whose process could not start must not look like a robot that was never asked for.
     pub fn outcome(&self) -> Outcome {
-        let mut map = Map::new(&self.shapes);
+        let mut map = Map::new(&self.shapes, self.walls.as_ref());
         let robots =
             self.robots.iter().zip(&self.presences).zip(&self.referees).filter_map(|((robot, presence), referee)| {
                 Some(self.robot_outcome(robot.as_ref()?, presence, referee.as_ref()?, &mut map))
