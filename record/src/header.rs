@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 /// The version of the format. It goes up with every change of what is written, the types of scenarios included: they are
 /// kept as the binary that wrote them has them.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// The library that records say they were written with.
 pub(crate) const LIBRARY: &str = concat!("shoal ", env!("CARGO_PKG_VERSION"));
