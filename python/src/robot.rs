@@ -11,7 +11,6 @@ use std::sync::Arc;
 use crate::arrays::{column, rows};
 
 /// A robot, as its planner knows it from the beginning.
-#[derive(Debug)]
 pub(crate) struct RobotData {
     pub(crate) spec: AgentSpec,
     random: PyOnceLock<Py<PyAny>>,

@@ -8,7 +8,6 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use robot_agent::{Agent, AgentSpec};
-use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
@@ -30,7 +29,7 @@ pub(crate) fn simulate<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let scenario = &scenario.0;
     let failure = Arc::new(Failure::default());
-    let kept = RefCell::new(Trajectories::of(scenario.robots.len()));
+    let mut kept = Trajectories::of(scenario.robots.len());
     let begun = Instant::now();
     let outcome = py.detach(|| {
         let mut world = World::new(scenario);
@@ -50,7 +49,6 @@ pub(crate) fn simulate<'py>(
         };
         let mut show = |world: &mut World| {
             if trajectories {
-                let mut kept = kept.borrow_mut();
                 if let Some(inputs) = world.take_inputs() {
                     kept.told(world.tick(), &inputs);
                 }
@@ -82,7 +80,7 @@ pub(crate) fn simulate<'py>(
     result.set_item("took_s", took_s)?;
     result.set_item("robots", scenario.robots.iter().map(|robot| robot.id.as_str()).collect::<Vec<_>>())?;
     if trajectories {
-        result.set_item("arrays", kept.into_inner().arrays(py, tick_hz)?)?;
+        result.set_item("arrays", kept.arrays(py, tick_hz)?)?;
     }
     Ok(result)
 }

@@ -1,3 +1,4 @@
+use super::values::parse_command;
 use super::*;
 use clap::CommandFactory;
 
