@@ -30,7 +30,7 @@ pub(crate) fn words() -> Vec<(&'static str, usize, usize, &'static str)> {
         ("slots", SLOTS, SLOT_SIZE, "one line of 64 bytes for each robot, by index"),
         ("slot.ready", READY, 8, "incarnation that is ready, plus one"),
         ("slot.answer", ANSWER, 8, "upper half: incarnation; lower half: lower half of the tick that is answered"),
-        ("slot.signs", SIGNS, 8, "counts signs of life of an agent that nobody waits for"),
+        ("slot.signs", SIGNS, 8, "counts signs of life of an agent that no tick waits for"),
         (
             "slot.heard",
             HEARD,
