@@ -143,7 +143,8 @@ def simulate(
         PlanError: if a planner raises an exception, or returns something that is not a plan: with the robot, the tick and
             the line.
     """
-    checked = Scenario(scenario, **overrides)
+    # What a run in one thread is: in `realtime`, filters expect messages to be late.
+    checked = Scenario(scenario, **{**overrides, "mode": "single"})
     make = _planners.maker(plan, checked.robots)
     return Result(checked, _native.simulate(checked._native, make, trajectories))
 

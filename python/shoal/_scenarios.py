@@ -47,9 +47,8 @@ class Scenario:
         set: Set = None,
     ) -> None:
         # Whether its text is from code, and has no file.
-        self._from_text = isinstance(source, Mapping)
+        self._from_text = source._from_text if isinstance(source, Scenario) else isinstance(source, Mapping)
         if isinstance(source, Scenario):
-            self._from_text = source._from_text
             self._called, self._text, self._lined, before = source._called, source._text, source._lined, source._overrides
         else:
             self._called, self._text, self._lined = _read(source, name)

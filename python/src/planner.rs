@@ -4,7 +4,7 @@ use crate::answer::plan_of;
 use crate::robot::{Robot, RobotData};
 use crate::slow::Stopwatch;
 use crate::view::{Seen, View};
-use model::{Drive, RobotInstance};
+use model::Drive;
 use planners::{Plan, PlanInput, Planner};
 use pyo3::prelude::*;
 use robot_agent::AgentSpec;
@@ -101,6 +101,10 @@ impl PythonPlanner {
     fn error(&self, py: Python<'_>, tick: u64, problem: Option<&str>, cause: Option<PyErr>) -> PyErr {
         let make = || -> PyResult<PyErr> {
             let time_s = tick as f64 * self.robot.spec.clock.dt_s();
+            if let Some(cause) = &cause {
+                // Where it was raised is kept beside the exception, and not in it.
+                cause.value(py).setattr("__traceback__", cause.traceback(py))?;
+            }
             let cause = cause.as_ref().map(|cause| cause.value(py));
             let arguments = (self.robot.name(), tick, time_s, self.call.bind(py), problem, cause);
             let error = py.import("shoal._errors")?.call_method1("plan_error", arguments)?;
@@ -127,8 +131,7 @@ impl Planner for PythonPlanner {
     }
 }
 
-/// The name of a robot instance as errors of a run have it.
+/// The error of an agent whose planner cannot be made; the exception itself is left elsewhere.
 pub(crate) fn own_error(spec: &AgentSpec) -> robot_agent::AgentError {
-    let RobotInstance { .. } = spec.instance;
     robot_agent::AgentError::Own { robot: spec.robot.id.clone(), problem: "its planner cannot be made".to_owned() }
 }

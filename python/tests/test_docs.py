@@ -34,7 +34,7 @@ def test_the_stubs_have_what_the_module_has():
         members = {node.name for node in stubs[name].body if isinstance(node, ast.FunctionDef)}
         there = {member for member in vars(getattr(_native, name)) if not member.startswith("_")}
         assert {member for member in members if not member.startswith("_")} == there, name
-        if name in shoal.__all__:
+        if getattr(shoal, name, None) is getattr(_native, name):
             undocumented = [
                 node.name
                 for node in stubs[name].body

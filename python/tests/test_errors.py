@@ -20,7 +20,7 @@ WRONG = {
 
 
 def body(lines):
-    return HEAD + '    if view.name != "b":\n        return 1.0, 0.0\n' + lines + TAIL
+    return HEAD + '    if view.name != "b":\n        return 1.0 - view.arrived, 0.0\n' + lines + TAIL
 
 
 @pytest.mark.parametrize("what", WRONG)
@@ -47,7 +47,7 @@ def test_the_fleet_goes_on_and_the_error_names_robot_and_line(what, lanes, scrip
 
 
 def test_a_robot_that_fails_is_restarted_if_its_scenario_says_so(lanes, script):
-    text = body("    if view.tick == 10:\n        raise RuntimeError('once')\n    return 1.0, 0.0")
+    text = body("    if view.tick == 10:\n        raise RuntimeError('once')\n    return 1.0 - view.arrived, 0.0")
     fleet = shoal.launch(
         lanes, agent=script("once.py", text), set={"defaults.restart": "on-failure", "defaults.restart_delay_s": 0.5}
     )

@@ -51,7 +51,7 @@ def test_obstacles_and_the_map():
         "robot": [{"id": "a", "start_m": [0, 0], "goal_m": [3, 0], "knows_map": True, "sensor_range_m": 3.0}],
         "obstacle": [
             {"shape": "disc", "center_m": [2.0, 0.0], "radius_m": 0.5},
-            {"shape": "polygon", "points_m": [[4, 4], [5, 4], [5, 5]]},
+            {"shape": "polygon", "corners_m": [[4, 4], [5, 4], [5, 5]]},
         ],
     }
     shoal.simulate(scenario, plan, duration_s=0.1)
