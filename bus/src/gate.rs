@@ -571,4 +571,6 @@ fn clamp_ns(timeout: Duration) -> u64 {
 }
 
 #[cfg(test)]
+pub(crate) mod layout;
+#[cfg(test)]
 mod tests;

@@ -37,6 +37,8 @@ pub mod footing;
 pub mod frames;
 pub mod gate;
 pub mod helm;
+#[cfg(test)]
+mod layout;
 pub mod lock;
 mod maker;
 mod map;

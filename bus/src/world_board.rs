@@ -13,10 +13,10 @@ use std::cell::{Cell, RefCell};
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[repr(C)]
 #[type_name("shoal.WorldOdometry.v1")]
-struct Told {
-    odometry: Odometry,
-    neighbors_written: u32,
-    sensed_written: u32,
+pub(crate) struct Told {
+    pub(crate) odometry: Odometry,
+    pub(crate) neighbors_written: u32,
+    pub(crate) sensed_written: u32,
 }
 
 /// Entries are numbered by kind, then by slot or piece.

@@ -47,6 +47,10 @@ pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     };
     let file = named.map(|path| sink::ReportFile::prepare(path, &mut files)).transpose()?;
     let record = options.record.as_deref().map(|path| RecordPlace::prepare(path, &mut files)).transpose()?;
+    if options.changes.agent.is_some() && scenario.clock.mode == Mode::Single {
+        return Err(Failure::usage("`--agent`: a run in `single` has no processes, and starts no agents")
+            .hint("add `--mode lockstep`, which is reproducible as well"));
+    }
     if options.view && scenario.clock.mode == Mode::Single {
         return Err(Failure::usage("`--view`: a run in `single` has no processes that could be watched")
             .hint("add `--mode lockstep`, which drives the same trajectories"));
@@ -80,8 +84,11 @@ fn files_of(named: &OsStr, scenario: &Scenario) -> Files {
         files.read("the map", &source::Folder::of(named).path_of(&map.file, NamedIn::Scenario));
     }
     for robot in &scenario.robots {
-        if let Some(agent) = &robot.agent {
-            files.read(format!("the agent of robot `{}`", robot.id), Path::new(agent));
+        let Some(agent) = &robot.agent else { continue };
+        // The program and, as in `python3 my.py`, what it is to run.
+        let scripts = agent.arguments().iter().map(|word| Path::new(word)).filter(|path| path.is_file());
+        for path in scripts.chain([Path::new(agent.program())]) {
+            files.read(format!("the agent of robot `{}`", robot.id), path);
         }
     }
     files

@@ -311,12 +311,16 @@ impl Coordinator {
             member.state = ProcessState::Dead;
         }
         let next = member.next.take();
+        let its_process = self.process_of(instance);
         if !is_out && !self.stopping {
             let cause = match was {
                 ProcessState::Starting if deaf.is_none() && matches!(ending.signal, None | Some(SIGBUS)) => {
-                    let mut ended = format!("its process {}", ending.describe());
+                    let mut ended = format!("{its_process} {}", ending.describe());
                     if ending.code == Some(0) {
                         ended += " before it was ready (a wrapper has to stay until the agent ends)";
+                        if self.scenario.robots.get(instance.index.at()).is_some_and(|robot| robot.agent.is_some()) {
+                            ended += "; does it run an agent?";
+                        }
                     }
                     Absence::NotStarted {
                         why: words.map_or_else(|| ended.clone(), |words| format!("{ended}: {words}")),
@@ -335,9 +339,24 @@ impl Coordinator {
         }
     }
 
+    /// The process of an instance, for messages: with the command, if its robot names one.
+    fn process_of(&self, instance: RobotInstance) -> String {
+        match self.scenario.robots.get(instance.index.at()).and_then(|robot| robot.agent.as_ref()) {
+            Some(command) => format!("its process `{command}`"),
+            None => "its process".to_owned(),
+        }
+    }
+
     /// Time has passed: whoever is not ready within the start limit is given up, and operators do not wait for ever.
-    /// `waited` says how long a process has waited for a processor since it began: that is not its own time.
-    pub fn time(&mut self, now: Duration, ready: &dyn Fn(RobotInstance) -> bool, waited: &dyn Fn(u32) -> Duration) {
+    /// `waited` says how long a process has waited for a processor since it began: that is not its own time. `words` is what
+    /// a process has printed last.
+    pub fn time(
+        &mut self,
+        now: Duration,
+        ready: &dyn Fn(RobotInstance) -> bool,
+        waited: &dyn Fn(u32) -> Duration,
+        words: &dyn Fn(RobotInstance) -> Option<String>,
+    ) {
         // A daemon that has been away itself, as with the whole machine, learns nothing about others from that.
         let away = self.looked_at.map_or(Duration::ZERO, |before| now.saturating_sub(before + LOOKED_WITHIN));
         self.looked_at = Some(now);
@@ -364,7 +383,12 @@ impl Coordinator {
             .map(|member| member.instance)
             .collect();
         for instance in late {
-            let why = format!("not ready within {} s", self.scenario.fleet.start_limit_s);
+            let limit_s = self.scenario.fleet.start_limit_s;
+            let mut why = match self.scenario.robots.get(instance.index.at()).and_then(|robot| robot.agent.as_ref()) {
+                Some(command) => format!("`{command}` is not ready within {limit_s} s"),
+                None => format!("not ready within {limit_s} s"),
+            };
+            why.extend(words(instance).map(|words| format!(": {words}")));
             self.actions.push(Action::Order(Order::Absent { instance, cause: Absence::NotStarted { why } }));
             self.signal(instance, Signal::Kill, Some(ProcessState::Dead));
         }

@@ -1,18 +1,18 @@
-//! Executables that robots name as their agents: one rule from the check to the start.
+//! Programs that robots name as their agents: one rule from the check to the start.
 //!
-//! `agent` is a path, relative to where shoal is started, and never looked up in PATH. It is made absolute once, before
-//! anything starts, and what was checked is what runs.
+//! A path is relative to where shoal is started. The program of a list of words is looked up in PATH if it has no `/`. Either is
+//! made absolute once, before anything starts, and what was checked is what runs.
 
 use crate::error::{Error, Kind};
-use model::Scenario;
+use model::{AgentCommand, Scenario};
 use std::collections::BTreeMap;
 use std::io;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-/// The executables of a scenario, by the name that it gives them.
+/// The executables of a scenario, by the command that names them.
 #[derive(Clone, Debug, Default)]
-pub struct Executables(BTreeMap<String, PathBuf>);
+pub struct Executables(BTreeMap<AgentCommand, PathBuf>);
 
 impl Executables {
     /// Finds every executable that a robot names, before anything is started.
@@ -22,13 +22,20 @@ impl Executables {
     pub fn find(scenario: &Scenario) -> Result<Executables, Error> {
         let mut found = BTreeMap::new();
         for robot in &scenario.robots {
-            if let Some(name) = &robot.agent {
-                let path = find(name).map_err(|problem| {
-                    Error::new(Kind::Agent, format!("robot `{}`: agent `{name}`: {problem}", robot.id)).hint(
-                        "`agent` is the path of an executable, relative to where shoal is started; PATH is not searched",
-                    )
+            if let Some(command) = robot.agent.as_ref().filter(|command| !found.contains_key(*command)) {
+                let path = find(command).map_err(|problem| {
+                    let hint = match command {
+                        AgentCommand::Path(_) => {
+                            "`agent` is the path of an executable, relative to where shoal is started; PATH is not \
+                             searched. A program with arguments is a list, as in agent = [\"python3\", \"my.py\"]"
+                        }
+                        AgentCommand::Words(_) => {
+                            "the first word is a program in PATH, or a path with a `/`, relative to where shoal is started"
+                        }
+                    };
+                    Error::new(Kind::Agent, format!("robot `{}`: agent `{command}`: {problem}", robot.id)).hint(hint)
                 })?;
-                found.insert(name.clone(), path);
+                found.insert(command.clone(), path);
             }
         }
         Ok(Executables(found))
@@ -39,19 +46,38 @@ impl Executables {
         self.0.is_empty()
     }
 
-    /// The executable of this name. Robots that are added to a fleet have agents of its robots.
-    pub fn path(&self, name: &str) -> PathBuf {
-        self.0.get(name).cloned().unwrap_or_else(|| PathBuf::from(name))
+    /// The executable of this command. Robots that are added to a fleet have agents of its robots.
+    pub fn path(&self, command: &AgentCommand) -> PathBuf {
+        self.0.get(command).cloned().unwrap_or_else(|| PathBuf::from(command.program()))
     }
 }
 
-fn find(name: &str) -> Result<PathBuf, String> {
-    let path = std::path::absolute(name).map_err(|error| error.to_string())?;
-    match std::fs::metadata(&path) {
+fn find(command: &AgentCommand) -> Result<PathBuf, String> {
+    let program = command.program();
+    if !command.searches_path() {
+        let path = std::path::absolute(program).map_err(|error| error.to_string())?;
+        return executable(&path).map(|()| path);
+    }
+    #[expect(clippy::disallowed_methods, reason = "where programs are is said by the environment")]
+    let search = std::env::var_os("PATH").unwrap_or_default();
+    let mut problem = format!("`{program}` is not in PATH");
+    for folder in std::env::split_paths(&search) {
+        let Ok(path) = std::path::absolute(folder.join(program)) else { continue };
+        match executable(&path) {
+            Ok(()) => return Ok(path),
+            Err(why) if path.exists() => problem = format!("`{}`: {why}", path.display()),
+            Err(_) => {}
+        }
+    }
+    Err(problem)
+}
+
+fn executable(path: &Path) -> Result<(), String> {
+    match std::fs::metadata(path) {
         Err(error) => Err(error.to_string()),
         Ok(file) if file.is_dir() => Err("it is a directory".to_owned()),
         Ok(file) if file.permissions().mode() & 0o111 == 0 => Err("it is not executable".to_owned()),
-        Ok(_) => Ok(path),
+        Ok(_) => Ok(()),
     }
 }
 
@@ -69,6 +95,18 @@ pub(crate) fn cannot_start(program: &Path, error: &io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_program_of_a_list_is_looked_up_in_path_and_a_path_is_not() {
+        let words = |words: &[&str]| AgentCommand::Words(words.iter().map(|word| (*word).to_owned()).collect());
+        let found = find(&words(&["sh", "my.sh"])).unwrap();
+        assert!(found.is_absolute() && found.ends_with("sh"), "{found:?}");
+        assert_eq!(find(&words(&["/bin/sh"])), Ok(PathBuf::from("/bin/sh")));
+        assert_eq!(find(&words(&["no-such-program"])), Err("`no-such-program` is not in PATH".to_owned()));
+        assert!(find(&words(&["./sh"])).unwrap_err().contains("No such file"));
+        assert!(find(&AgentCommand::Path("sh".to_owned())).unwrap_err().contains("No such file"));
+        assert_eq!(find(&words(&["/"])), Err("it is a directory".to_owned()));
+    }
 
     #[test]
     fn what_the_kernel_refuses_is_said_in_its_words() {

@@ -9,7 +9,7 @@ use crate::rlimits::limit;
 use crate::scheduling::schedule;
 use crate::signals::with_children_heard;
 use bus::{Address, Gate};
-use model::{ProcessState, Processes, RobotInstance};
+use model::{AgentCommand, ProcessState, Processes, RobotInstance};
 use report::ProcessFacts;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{
@@ -115,14 +115,20 @@ impl Children {
         Ok(pid)
     }
 
-    /// Starts the agent of a robot instance: shoal's own, or the executable that the robot names.
+    /// Starts the agent of a robot instance: shoal's own, or the program that the robot names.
     ///
     /// # Errors
     /// When it cannot be started, in words.
-    pub fn spawn_agent(&mut self, instance: RobotInstance, id: &str, program: Option<&str>) -> Result<u32, String> {
-        let program = program.map(|name| self.executables.path(name));
+    pub fn spawn_agent(
+        &mut self,
+        instance: RobotInstance,
+        id: &str,
+        own: Option<&AgentCommand>,
+    ) -> Result<u32, String> {
+        let program = own.map(|own| self.executables.path(own));
         #[expect(clippy::disallowed_methods, reason = "the supervisor starts the agents")]
         let mut command = program.as_ref().map_or_else(|| shoal("agent"), Command::new);
+        command.args(own.map(AgentCommand::arguments).unwrap_or_default());
         command.arg("--root").arg(&self.root);
         command
             .arg("--slot")
@@ -363,6 +369,11 @@ impl Children {
         let name = log_of(who);
         self.said.extend(self.logs.close(&name, now));
         self.logs.last_words(&name)
+    }
+
+    /// What a process has said last by now, in one line.
+    pub fn words_so_far(&self, who: Who) -> Option<String> {
+        self.logs.last_words(&log_of(who))
     }
 
     /// Learns from the gate which processes are the agents, where those that were started are wrappers around them.

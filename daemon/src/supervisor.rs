@@ -315,7 +315,9 @@ impl Supervisor {
             let gate = &self.gate;
             let waited = |pid| clock::schedstat_of(pid).map_or(0, |stat| stat.waited_ns);
             let waited = |pid| Duration::from_nanos(waited(pid));
-            self.coordinator.time(now(), &|instance| gate.is_ready(instance), &waited);
+            let children = &self.children;
+            let words = |instance| children.words_so_far(Who::Agent(instance));
+            self.coordinator.time(now(), &|instance| gate.is_ready(instance), &waited, &words);
             self.coordinator.open_tick(self.open_tick(), now());
             self.janitor.tend(now());
             self.act(Some(watch));
@@ -510,10 +512,19 @@ impl Supervisor {
         if let Err(failure) = write(&self.address, &robot_agent::shell::spec_file(instance), &spec) {
             return self.coordinator.not_spawned(instance, failure.message);
         }
+        let as_json = |instance| self.address.file(&robot_agent::shell::spec_file_json(instance));
+        if program.is_some() {
+            // For people, and for agents that do not link shoal: that of its own agents is the other one.
+            let text = serde_json::to_vec_pretty(&spec).unwrap_or_default();
+            if let Err(failure) = write_bytes(&as_json(instance), &text) {
+                return self.coordinator.not_spawned(instance, failure.message);
+            }
+        }
         if let Some(before) = self.specs.insert(instance.index, instance) {
             let _ = std::fs::remove_file(self.address.file(&robot_agent::shell::spec_file(before)));
+            let _ = std::fs::remove_file(as_json(before));
         }
-        match self.children.spawn_agent(instance, &id, program.as_deref()) {
+        match self.children.spawn_agent(instance, &id, program.as_ref()) {
             Ok(pid) => self.coordinator.spawned(instance, pid, now()),
             Err(problem) => self.coordinator.not_spawned(instance, problem),
         }

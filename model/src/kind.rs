@@ -112,6 +112,8 @@ pub enum Kind {
     Numbers(u16),
     /// A list of at most this many numbers.
     Floats(usize),
+    /// A path, or a list of the words of a command.
+    Command,
     /// `[low, high]` with `low` below `high`.
     Interval,
     /// `"all"` or a whole number.
@@ -215,6 +217,7 @@ impl Kind {
             Kind::Pairs { .. } => "a list of points [[x, y], ...]",
             Kind::Numbers(_) => "a list of whole numbers",
             Kind::Floats(_) => "a list of numbers",
+            Kind::Command => "a path or a list of strings",
             Kind::Interval => "[low, high]",
             Kind::AllOrCount => "\"all\" or a whole number",
             Kind::ForeverOrCount => "\"forever\" or a whole number above 0",

@@ -2,6 +2,7 @@
 //!
 //! Nothing here reads a file, a clock or the command line, and nothing can fail for lack of one.
 
+pub mod agent;
 pub mod body;
 pub mod event;
 pub mod field;
@@ -24,6 +25,7 @@ pub mod task;
 pub mod timeline;
 pub mod value;
 
+pub use agent::AgentCommand;
 pub use body::{BodyKind, Drive, Dynamics, Limits, Physics, Wheels};
 pub use event::{Event, EventKind, EventName, Partner, Silence, Touch};
 pub use ids::{RobotIndex, RobotInstance};

@@ -3,6 +3,7 @@
 //! These types are what the world, the agents and the daemon work with. They are plain data; what a scenario file
 //! may contain, and what is wrong with it, is the business of the other modules. Lengths m, angles rad, times s.
 
+use crate::agent::AgentCommand;
 use crate::body::{BodyKind, Dynamics, Limits, Physics, Wheels};
 use crate::choice;
 use crate::params::ParamValues;
@@ -519,8 +520,8 @@ pub struct Robot {
     pub knows_map: bool,
     /// What happens when its process ends, unless it was asked to.
     pub restart: Restart,
-    /// The executable to start as its agent; `None` is shoal itself.
-    pub agent: Option<String>,
+    /// The program to start as its agent; `None` is shoal itself.
+    pub agent: Option<AgentCommand>,
 }
 
 /// An arm as it stands at the start.

@@ -7,7 +7,7 @@
 
 use crate::verdict::{Differences, Rank, Unverified, Why};
 use crate::views::Views;
-use model::{Drive, PlanState, RobotInstance, Scenario};
+use model::{Drive, Mode, PlanState, RobotInstance, Scenario};
 use protocol::daemon_to_robot::AgentSpec;
 use protocol::inputs::{AgentNote, HeardNote, StepNote};
 use protocol::robot_to_robot::{SharedBorder, SharedBorders, SharedPose};
@@ -111,6 +111,11 @@ impl Fleet {
                 Some(known) if known.id == robot.id => {}
                 Some(known) => *known = robot.clone(),
                 None => self.scenario.robots.push(robot.clone()),
+            }
+            if self.scenario.clock.mode == Mode::Lockstep && robot.agent.is_some() {
+                // No note says what it had and said: neither its commands nor its intentions are shoal's to compute.
+                life.doubt(world.tick(), Why::OwnExecutable);
+                continue;
             }
             match Agent::new(AgentSpec::new(&self.scenario, robot, *instance)) {
                 Ok(agent) => life.agent = Some(agent),

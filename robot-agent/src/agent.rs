@@ -80,6 +80,14 @@ pub enum AgentError {
         /// The method it asks for.
         planner: String,
     },
+    /// A program that brings its own planner cannot make it.
+    #[error("robot `{robot}`: {problem}")]
+    Own {
+        /// The robot.
+        robot: String,
+        /// Why.
+        problem: String,
+    },
     /// The method refuses its parameters.
     #[error("robot `{robot}`: planner `{planner}`: {problem}")]
     Params {

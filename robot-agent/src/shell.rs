@@ -38,6 +38,16 @@ pub struct Args {
 }
 
 impl Args {
+    /// Reads the arguments of a program that has some of its own: those of shoal follow them, from the last `--root` on.
+    ///
+    /// # Errors
+    /// As [`Args::parse`].
+    pub fn after_own(words: impl IntoIterator<Item = String>) -> Result<Args, ShellError> {
+        let words: Vec<String> = words.into_iter().collect();
+        let own = words.iter().rposition(|word| word == "--root").unwrap_or(words.len());
+        Args::parse(words.into_iter().skip(own))
+    }
+
     /// Reads `--root PATH --slot N --incarnation N --parent PID`, which is how the daemon starts every agent.
     ///
     /// # Errors
@@ -170,6 +180,11 @@ fn run_as(args: &Args, is_own: bool, build: &mut Build<'_>, adjust: &mut Adjust<
 /// Name of the file in the run's root that holds the spec of a robot instance.
 pub fn spec_file(instance: RobotInstance) -> String {
     format!("agent-{}-{}", instance.index, instance.incarnation)
+}
+
+/// Name of the file beside it that holds the same as JSON, if the robot names a program of its own.
+pub fn spec_file_json(instance: RobotInstance) -> String {
+    format!("{}.json", spec_file(instance))
 }
 
 /// `lockstep`: the world opens a tick, this robot answers it.

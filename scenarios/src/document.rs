@@ -69,6 +69,24 @@ impl RawTable {
         }
     }
 
+    /// Removes every key of this name, in tables and lists of tables at any depth.
+    pub(crate) fn remove_all(&mut self, name: &str) {
+        self.0.retain(|field| field.name != name);
+        for field in &mut self.0 {
+            match &mut field.value.value {
+                RawValue::Table(table) => table.remove_all(name),
+                RawValue::List(list) => {
+                    for item in list {
+                        if let RawValue::Table(table) = &mut item.value {
+                            table.remove_all(name);
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
     /// A value that was replaced has a new origin, and so has its key.
     fn own(&mut self, name: &str) {
         for field in self.0.iter_mut().filter(|field| field.name == name) {

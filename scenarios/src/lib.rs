@@ -47,9 +47,9 @@ pub use schema::schema;
 use document::{Raw, RawTable, RawValue};
 use model::field::Table;
 use model::key::{KeyName, Named, OptionalKey};
-use model::{FilterKind, Mode, Scenario};
+use model::{AgentCommand, FilterKind, Mode, Scenario};
 use problems::{Origin, Report};
-use table::{Clock, Layout, Root};
+use table::{Body, Clock, Layout, Root};
 
 /// What the command line changes in a scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,6 +60,8 @@ pub struct Overrides {
     pub planner: Option<String>,
     /// `--filter`: every robot that can have a filter has this one.
     pub filter: Option<FilterKind>,
+    /// `--agent`: every robot has this agent.
+    pub agent: Option<AgentCommand>,
     /// `--robots`, for scenarios with a layout.
     pub robots: Option<usize>,
     /// `--seed`.
@@ -167,7 +169,7 @@ fn check_filter(scenario: &Scenario, origin: Origin, report: &mut Report) {
 
 /// The options as they were given, for messages.
 fn options(overrides: &Overrides) -> Vec<String> {
-    let Overrides { mode, planner, filter, robots, seed, duration_s, set } = overrides;
+    let Overrides { mode, planner, filter, agent, robots, seed, duration_s, set } = overrides;
     let mut options: Vec<String> = set.iter().map(|assignment| format!("--set {assignment}")).collect();
     options.push(mode.map(|mode| format!("--mode {}", mode.word())).unwrap_or_default());
     options.push(planner.as_ref().map(|name| format!("--planner {name}")).unwrap_or_default());
@@ -175,17 +177,21 @@ fn options(overrides: &Overrides) -> Vec<String> {
     options.push(seed.map(|seed| format!("--seed {seed}")).unwrap_or_default());
     options.push(duration_s.map(|duration_s| format!("--duration {duration_s}s")).unwrap_or_default());
     options.push(filter.map(|filter| format!("--filter {}", filter.word())).unwrap_or_default());
+    options.push(agent.as_ref().map(|agent| format!("--agent {agent}")).unwrap_or_default());
     options
 }
 
 /// Writes the overrides into the document, and returns the method that replaces all others.
 fn apply<'a>(document: &mut RawTable, overrides: &'a Overrides, report: &mut Report) -> Option<&'a str> {
-    let Overrides { mode, planner, filter: _, robots, seed, duration_s, set } = overrides;
+    let Overrides { mode, planner, filter: _, agent, robots, seed, duration_s, set } = overrides;
     for (index, assignment) in set.iter().enumerate() {
         document::set(document, assignment, Origin::Option(index), report);
     }
     let option = |index: usize| Origin::Option(set.len() + index);
     let has_layout = document.get(Root::layout.name()).is_some();
+    if agent.is_some() {
+        document.remove_all(Body::agent.name());
+    }
     let mut put = |index: usize, section: OptionalKey<Table>, key: KeyName, value: Option<RawValue>| {
         if let Some(value) = value {
             document.put(&[section.name(), key.name()], Raw { origin: option(index), value });
@@ -194,6 +200,7 @@ fn apply<'a>(document: &mut RawTable, overrides: &'a Overrides, report: &mut Rep
     put(0, Root::clock, Clock::mode.any(), mode.map(|mode| RawValue::Text(mode.word().to_string())));
     put(3, Root::clock, Clock::seed.any(), seed.map(|seed| RawValue::Int(seed.into())));
     put(4, Root::clock, Clock::duration_s.any(), duration_s.map(RawValue::Float));
+    put(6, Root::defaults, Body::agent.any(), agent.as_ref().map(|agent| command(agent, option(6))));
     if let Some(count) = robots {
         if has_layout {
             put(2, Root::layout, Layout::robots.any(), Some(RawValue::Int(*count as i128)));
@@ -208,6 +215,15 @@ fn apply<'a>(document: &mut RawTable, overrides: &'a Overrides, report: &mut Rep
     }
     let name = planner.as_deref()?;
     methods::find(name, "", option(1), report).map(|method| method.name)
+}
+
+/// The agent of the command line as a file would name it.
+fn command(agent: &AgentCommand, origin: Origin) -> RawValue {
+    let word = |word: &String| Raw { origin, value: RawValue::Text(word.clone()) };
+    match agent {
+        AgentCommand::Path(path) => RawValue::Text(path.clone()),
+        AgentCommand::Words(words) => RawValue::List(words.iter().map(word).collect()),
+    }
 }
 
 /// The name of a file without folders and ending.

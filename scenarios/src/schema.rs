@@ -1,6 +1,7 @@
 //! The key table as JSON Schema, for editors.
 
 use crate::table::{ROOT, all_sections};
+use model::agent::{WORD_MAX, WORDS_MAX};
 use model::kind::{Kind, Preset, Range, Section, Spec};
 use model::value;
 use planners::{METHODS, Method};
@@ -121,6 +122,10 @@ fn kind_schema(kind: Kind) -> Value {
             json!({ "type": "array", "items": number, "minItems": 1, "uniqueItems": true })
         }
         Kind::Floats(max) => json!({ "type": "array", "items": number(Range::ANY), "maxItems": max }),
+        Kind::Command => {
+            let word = json!({ "type": "string", "maxLength": WORD_MAX });
+            json!({ "anyOf": [word, { "type": "array", "items": word, "minItems": 1, "maxItems": WORDS_MAX }] })
+        }
         Kind::AllOrCount => json!({ "anyOf": [{ "const": "all" }, { "type": "integer", "minimum": 0 }] }),
         Kind::ForeverOrCount => json!({ "anyOf": [{ "const": "forever" }, { "type": "integer", "minimum": 1 }] }),
         Kind::Planner => json!({ "enum": METHODS.iter().map(|method| method.name).collect::<Vec<_>>() }),

@@ -6,6 +6,8 @@ use crate::node::{Block, Entry, Node, join};
 use crate::problems::{Origin, Report, known, nearest};
 use crate::table::ROOT;
 use crate::types::Pose;
+use model::AgentCommand;
+use model::agent::{WORD_MAX, WORDS_MAX};
 use model::field::Field;
 use model::kind::{Kind, Range, Section, Spec};
 use model::value::Value;
@@ -205,6 +207,8 @@ fn value(key: &'static Spec, path: String, raw: Raw, report: &mut Report) -> Ent
             let numbers: Vec<Option<f64>> = list.into_iter().enumerate().map(number).collect();
             entry(numbers.into_iter().collect::<Option<Vec<f64>>>())
         }
+        (Kind::Command, RawValue::Text(text)) => entry(word(text, &path, origin, report).map(AgentCommand::Path)),
+        (Kind::Command, RawValue::List(list)) => entry(command(list, &path, origin, report)),
         (Kind::Params, RawValue::Table(table)) => {
             let fields = bounded(table, &path, origin, report);
             Entry::Params(Block { path, fields })
@@ -304,6 +308,44 @@ fn pairs(list: Vec<Raw>, path: &str, report: &mut Report) -> Option<Vec<Point2<f
         });
     }
     points
+}
+
+/// A program and its arguments.
+fn command(list: Vec<Raw>, path: &str, origin: Origin, report: &mut Report) -> Option<AgentCommand> {
+    if list.is_empty() || list.len() > WORDS_MAX {
+        report.add_hint(
+            origin,
+            path,
+            format!("must have 1 to {WORDS_MAX} words, has {}", list.len()),
+            "write a program and its arguments, as in [\"python3\", \"my.py\"]",
+        );
+        return None;
+    }
+    let mut words = Some(Vec::new());
+    for (index, item) in list.into_iter().enumerate() {
+        let path = format!("{path}[{index}]");
+        let found = match item.value {
+            RawValue::Text(text) => word(text, &path, item.origin, report),
+            other => {
+                report.add(item.origin, &path, format!("expected a string, found {}", other.describe()));
+                None
+            }
+        };
+        words = words.zip(found).map(|(mut words, word)| {
+            words.push(word);
+            words
+        });
+    }
+    words.map(AgentCommand::Words)
+}
+
+/// A word of a command, or a path.
+fn word(text: String, path: &str, origin: Origin, report: &mut Report) -> Option<String> {
+    if text.len() <= WORD_MAX && !text.chars().any(char::is_control) {
+        return Some(text);
+    }
+    report.add(origin, path, format!("must be one line of at most {WORD_MAX} bytes"));
+    None
 }
 
 fn numbers(list: Vec<Raw>, max: u16, path: &str, origin: Origin, report: &mut Report) -> Option<Vec<u16>> {

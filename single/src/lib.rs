@@ -41,7 +41,24 @@ pub fn run(
 /// When a robot's method cannot be built.
 pub fn run_shown(
     scenario: &Scenario,
+    world: World,
+    show: &mut dyn FnMut(&mut World),
+    watch: &mut dyn FnMut(&World, &[Notice]) -> ControlFlow<()>,
+) -> Result<Outcome, AgentError> {
+    run_with(scenario, world, &mut Agent::new, show, watch)
+}
+
+/// What makes the agent of a robot instance from what it may know.
+pub type Build<'a> = dyn FnMut(AgentSpec) -> Result<Agent, AgentError> + 'a;
+
+/// The same with agents that `build` makes: planners that shoal does not have.
+///
+/// # Errors
+/// When `build` fails.
+pub fn run_with(
+    scenario: &Scenario,
     mut world: World,
+    build: &mut Build<'_>,
     show: &mut dyn FnMut(&mut World),
     watch: &mut dyn FnMut(&World, &[Notice]) -> ControlFlow<()>,
 ) -> Result<Outcome, AgentError> {
@@ -56,7 +73,7 @@ pub fn run_shown(
         show(&mut world);
         answers.clear();
         for instance in world.participants().to_vec() {
-            enter(&mut cells, scenario, instance)?;
+            enter(&mut cells, scenario, instance, build)?;
         }
         for &instance in world.participants() {
             let slot = instance.index.at();
@@ -99,10 +116,15 @@ pub fn run_shown(
 }
 
 /// Starts the agent of a robot instance, unless it runs already. A new incarnation starts with an empty board.
-fn enter(cells: &mut [Option<Cell>], scenario: &Scenario, instance: RobotInstance) -> Result<(), AgentError> {
+fn enter(
+    cells: &mut [Option<Cell>],
+    scenario: &Scenario,
+    instance: RobotInstance,
+    build: &mut Build<'_>,
+) -> Result<(), AgentError> {
     let slot = instance.index.at();
     if cells[slot].as_ref().is_none_or(|cell| cell.instance != instance) {
-        let agent = Agent::new(AgentSpec::new(scenario, &scenario.robots[slot], instance))?;
+        let agent = build(AgentSpec::new(scenario, &scenario.robots[slot], instance))?;
         let borders = agent.has_borders().then(Box::default);
         cells[slot] = Some(Cell { instance, agent, board: PosePair::default(), borders });
     }

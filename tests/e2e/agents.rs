@@ -154,6 +154,59 @@ fn the_kernel_says_why_an_agent_cannot_start() {
 }
 
 #[test]
+fn a_list_is_a_program_with_arguments() {
+    let dir = TempDir::new().unwrap();
+    let wrapper =
+        script(dir.path(), "own.sh", &format!("[ \"$1\" = 'a b' ] || exit 9\nshift\nexec {SHOAL} agent \"$@\"\n"));
+    let wrapper = wrapper.to_str().unwrap();
+    let plain = Run::scenario(&lanes(2, 1.0)).mode("lockstep").finish().expect(0);
+    // The first word is looked up in PATH; what the scenario names gives way to `--agent`.
+    let list = format!("defaults.agent=[\"sh\", {wrapper:?}, \"a b\"]");
+    let run = Run::scenario(&lanes(2, 1.0)).mode("lockstep").set(&list).finish().expect(0);
+    assert_eq!((run.hash(), &run.report["verdict"]), (plain.hash(), &"valid".into()), "{run}");
+    let with = Run::scenario(&lanes(2, 1.0)).mode("lockstep").set("robot[1].agent='no/such'");
+    let run = with.arg("--agent").arg(format!("sh {wrapper} 'a b'")).finish().expect(0);
+    assert_eq!(run.hash(), plain.hash(), "{run}");
+    let missing = Run::scenario(&lanes(2, 1.0)).mode("lockstep").arg("--agent").arg("no-such-program x");
+    missing.finish().expect_failure(3, &["robot `a`", "agent `no-such-program x`", "`no-such-program` is not in PATH"]);
+    let single = Run::scenario(&lanes(2, 1.0)).mode("single").arg("--agent").arg("sh");
+    single.finish().expect_failure(2, &["`--agent`", "starts no agents", "--mode lockstep"]);
+}
+
+#[test]
+fn the_spec_is_there_as_json_for_an_agent_of_ones_own() {
+    let dir = TempDir::new().unwrap();
+    let kept = dir.path().join("spec.json");
+    let text = format!("#!/bin/sh\ncp \"$2/agent-$4-$6.json\" {}\nexec {SHOAL} agent \"$@\"\n", kept.display());
+    let own = script(dir.path(), "own", &text);
+    Run::scenario(&wrapped(2, 1.0, &own)).mode("lockstep").finish().expect(0);
+    let spec: serde_json::Value = serde_json::from_slice(&std::fs::read(kept).unwrap()).unwrap();
+    assert_eq!((&spec["robot"]["id"], &spec["instance"]["index"]), (&"b".into(), &1.into()), "{spec:#}");
+    // docs/agent-protocol.md has a row for each key.
+    let page = include_str!("../../docs/agent-protocol.md");
+    let keys: Vec<&String> = spec.as_object().unwrap().keys().collect();
+    let missing: Vec<_> = keys.iter().filter(|key| !page.contains(&format!("\n| `{key}` | "))).collect();
+    assert!(missing.is_empty() && keys.len() > 8, "{missing:?} of {keys:?}");
+}
+
+#[test]
+fn what_is_not_ready_in_time_is_told_with_its_command_and_its_last_words() {
+    let dir = TempDir::new().unwrap();
+    let waits = script(dir.path(), "waits.sh", "echo loads a model\nsleep 30\n");
+    let agent = format!("robot[1].agent=[\"sh\", {:?}]", waits.to_str().unwrap());
+    let run = Run::scenario(&lanes(2, 1.0)).mode("lockstep").set(&agent).set("fleet.start_limit_s=0.5");
+    let ended = run.finish().expect(1);
+    impaired(
+        &ended,
+        &["b was not-started", &format!("`sh {}` is not ready within 0.5 s: loads a model", waits.display())],
+    );
+    assert!(ended.arrived("a"), "{ended}");
+    let ends = "robot[1].agent=[\"sh\", \"-c\", \"echo no licence >&2; exit 7\"]";
+    let ended = Run::scenario(&lanes(2, 1.0)).mode("lockstep").set(ends).finish().expect(1);
+    impaired(&ended, &["its process `sh -c 'echo no licence >&2; exit 7'` ended with code 7: no licence"]);
+}
+
+#[test]
 fn a_limit_on_processes_costs_robots_and_not_the_fleet() {
     if !geteuid().is_root() {
         return eprintln!("skipped: a user without processes needs root");

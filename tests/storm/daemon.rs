@@ -141,7 +141,7 @@ impl Daemon {
         self.flush(shared);
         let memory = &shared.memory;
         let now = Duration::from_nanos(shared.now);
-        self.coordinator.time(now, &|instance| memory.is_ready(instance), &|_| Duration::ZERO);
+        self.coordinator.time(now, &|instance| memory.is_ready(instance), &|_| Duration::ZERO, &|_| None);
         self.act(kernel, operators, shared);
         let longest_ns = self.awaiting.first().map_or(0, |awaiting| shared.daemon_awake_ns - awaiting.since_ns);
         assert!(longest_ns <= PATIENCE_NS, "an operator has been waiting for {} ms", longest_ns / MS);

@@ -1,9 +1,9 @@
 //! Runs of a scenario: `run`, and what is made of them: `plot`, `reproduce`.
 
-use super::values::parse_duration;
+use super::values::{parse_command, parse_duration};
 use super::{DEFAULT_SCENARIO, Format, StartArgs};
 use clap::{Args, ValueEnum};
-use model::FilterKind;
+use model::{AgentCommand, FilterKind};
 use scenarios::Overrides;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -18,6 +18,7 @@ Examples:
   shoal run my.toml --set clock.tick_hz=100 --set radio.drop=0.1
   shoal run my.toml --format json > report.json
   shoal run demo-15 --mode lockstep --rate 1
+  shoal run ring-15 --agent 'python3 my.py'
 
 SCENARIO is a file if it has a `/`, ends in .toml, or is a file that exists
 here; `-` is standard input; else it is a name from the catalog (`shoal
@@ -70,6 +71,9 @@ pub struct ChangeArgs {
     /// Filter between planner and robot; by default that of the scenario
     #[arg(long, value_name = "FILTER")]
     pub filter: Option<FilterArg>,
+    /// Agent of every robot: a program and its arguments, quoted as in a shell, as in --agent "python3 my.py"
+    #[arg(long, value_name = "COMMAND", value_parser = parse_command, allow_hyphen_values = true)]
+    pub agent: Option<AgentCommand>,
     /// Number of robots, for scenarios with a layout
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub robots: Option<usize>,
@@ -84,11 +88,12 @@ pub struct ChangeArgs {
 impl ChangeArgs {
     /// As overrides of a scenario, with its clock mode and its duration, s, if they are to be others.
     pub fn overrides(&self, mode: Option<model::Mode>, duration_s: Option<f64>) -> Overrides {
-        let ChangeArgs { planner, filter, robots, seed, set } = self;
+        let ChangeArgs { planner, filter, agent, robots, seed, set } = self;
         Overrides {
             mode,
             planner: planner.clone(),
             filter: filter.map(FilterKind::from),
+            agent: agent.clone(),
             robots: *robots,
             seed: *seed,
             duration_s,

@@ -1,3 +1,4 @@
+use super::values::parse_command;
 use super::*;
 use clap::CommandFactory;
 
@@ -27,6 +28,32 @@ fn durations() {
     check("", None);
     check("5 parsecs", None);
     check("1m30s", None);
+}
+
+#[test]
+fn commands() {
+    let words = |text: &str| {
+        parse_command(text).map(|command| {
+            [command.program()]
+                .map(str::to_owned)
+                .into_iter()
+                .chain(command.arguments().iter().cloned())
+                .collect::<Vec<_>>()
+        })
+    };
+    let check = |text: &str, expected: &[&str]| {
+        assert_eq!(words(text), Ok(expected.iter().map(|word| (*word).to_owned()).collect()), "{text}");
+    };
+    check("python3 my.py", &["python3", "my.py"]);
+    check("  ./own  ", &["./own"]);
+    check(r#"'a b' "c d"e \\f '' "\"""#, &["a b", "c de", "\\f", "", "\""]);
+    check("a 'it'\\''s'", &["a", "it's"]);
+    for wrong in ["", "  ", "'a", "a\\"] {
+        assert!(parse_command(wrong).is_err(), "{wrong}");
+    }
+    // What is shown can be given again.
+    let shown = parse_command("a 'it'\\''s' 'b c'").unwrap().to_string();
+    assert_eq!(parse_command(&shown).unwrap().to_string(), shown);
 }
 
 #[test]

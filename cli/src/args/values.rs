@@ -1,5 +1,6 @@
 //! Values as people write them.
 
+use model::AgentCommand;
 use std::ffi::OsString;
 
 /// A time as people write it, in seconds: `60s`, `1.5m`, `500ms`, `2h`, or a plain number of seconds.
@@ -17,6 +18,36 @@ pub fn parse_duration(text: &str) -> Result<f64, String> {
         Ok(number) if number.is_finite() && number > 0.0 => Ok(number * unit_s),
         Ok(_) => Err("a duration must be above zero".to_string()),
         Err(_) => Err("not a time; write 60s, 1.5m, 500ms, or seconds".to_string()),
+    }
+}
+
+/// A program and its arguments, with quotes and backslashes as in a shell. Nothing is expanded.
+pub(super) fn parse_command(text: &str) -> Result<AgentCommand, String> {
+    let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None::<char>);
+    let mut chars = text.chars();
+    while let Some(c) = chars.next() {
+        match (c, quote) {
+            (c, Some(end)) if c == end => quote = None,
+            ('\'' | '"', None) => {
+                quote = Some(c);
+                word.get_or_insert_default();
+            }
+            ('\\', None | Some('"')) => {
+                let next = chars.next().ok_or("it ends with a backslash; write two of them")?;
+                word.get_or_insert_default().push(next);
+            }
+            (c, None) if c.is_whitespace() => words.extend(word.take()),
+            (c, _) => word.get_or_insert_default().push(c),
+        }
+    }
+    if let Some(quote) = quote {
+        return Err(format!("a quote {quote} has no end"));
+    }
+    words.extend(word);
+    if words.is_empty() {
+        Err("it is empty; write a program, as in \"python3 my.py\"".to_string())
+    } else {
+        Ok(AgentCommand::Words(words))
     }
 }
 

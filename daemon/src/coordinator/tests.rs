@@ -4,6 +4,7 @@ use protocol::operator_to_daemon::{Assign, NewRobot, NewTasks, Reply, Request, T
 
 pub(super) const ALL_READY: &dyn Fn(RobotInstance) -> bool = &|_| true;
 pub(super) const NEVER_WAITED: &dyn Fn(u32) -> Duration = &|_| Duration::ZERO;
+pub(super) const SILENT: &dyn Fn(RobotInstance) -> Option<String> = &|_| None;
 pub(super) const FREE_PLACE: &dyn Fn([f64; 2], f64) -> Option<RobotIndex> = &|_, _| None;
 
 pub(super) fn instance(slot: u32, incarnation: u32) -> RobotInstance {
@@ -35,7 +36,7 @@ pub(super) fn pass(
     seconds: std::ops::RangeInclusive<u64>,
     ready: &dyn Fn(RobotInstance) -> bool,
 ) {
-    seconds.for_each(|second| coordinator.time(Duration::from_secs(second), ready, NEVER_WAITED));
+    seconds.for_each(|second| coordinator.time(Duration::from_secs(second), ready, NEVER_WAITED, SILENT));
 }
 
 pub(super) fn killed() -> Ending {
@@ -228,7 +229,7 @@ fn a_process_that_does_not_end_when_its_robot_has_left_is_killed() {
     coordinator.notice(Notice::Left { instance: instance(0, 0) });
     pass(&mut coordinator, 10..=11, ALL_READY);
     assert_eq!(coordinator.take_actions(), [], "it has time to end");
-    coordinator.time(Duration::from_secs(60), ALL_READY, NEVER_WAITED);
+    coordinator.time(Duration::from_secs(60), ALL_READY, NEVER_WAITED, SILENT);
     assert_eq!(coordinator.take_actions(), [], "the daemon has been away");
     pass(&mut coordinator, 61..=61, ALL_READY);
     assert_eq!(coordinator.take_actions(), [Action::Signal(instance(0, 0), Signal::Kill)]);
@@ -307,7 +308,7 @@ fn whoever_is_not_ready_in_time_is_given_up() {
     coordinator.spawned(instance(0, 1), 200, Duration::from_secs(13));
     pass(&mut coordinator, 14..=14, &|_| false);
     assert_eq!(coordinator.take_actions(), [], "there is time left");
-    coordinator.time(Duration::from_secs(3600), &|_| false, NEVER_WAITED);
+    coordinator.time(Duration::from_secs(3600), &|_| false, NEVER_WAITED, SILENT);
     assert_eq!(coordinator.take_actions(), [], "the daemon has been away: nobody ran meanwhile");
     pass(&mut coordinator, 3601..=3601, &|_| false);
     let why = "not ready within 2 s".to_owned();
@@ -325,7 +326,7 @@ fn waiting_for_a_processor_is_not_the_time_of_the_one_that_waits() {
     let given_up_after = |coordinator: &mut Coordinator, waited: &dyn Fn(u64) -> u64| {
         (1..100).find(|&second| {
             let waited = |pid: u32| Duration::from_secs(if pid == 200 { waited(second) } else { 0 });
-            coordinator.time(Duration::from_secs(second), &|_| false, &waited);
+            coordinator.time(Duration::from_secs(second), &|_| false, &waited, SILENT);
             !coordinator.take_actions().is_empty()
         })
     };

@@ -5,7 +5,7 @@ use crate::types::{FilterChoice, Id, Interval, Joints, PlannerName, Pose, Rounds
 use geometry::Elbow;
 use model::field::{Params, Table};
 use model::kind::{Range, Section};
-use model::{BodyKind, MAX_GOALS, MAX_ROBOTS, RestartPolicy, choice, keys};
+use model::{AgentCommand, BodyKind, MAX_GOALS, MAX_ROBOTS, RestartPolicy, choice, keys};
 use nalgebra::Point2;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -219,8 +219,10 @@ keys! {
         restart_backoff: f64 = 1.0, "", 1.0..=1000.0;
         /// Maximum delay before a restart, with restart_backoff.
         restart_delay_max_s: f64 = f64::INFINITY, "s", Range::UNLIMITED;
-        /// The executable to start as its agent: a path, relative to where shoal is started. PATH is not searched.
-        agent: String => optional, "", 0..=4096;
+        /// The program to start as its agent: the path of an executable, relative to where shoal is started (PATH is not
+        /// searched), or a list of a program and its arguments, as in ["python3", "my.py"], whose program is looked up in
+        /// PATH if it has no `/`.
+        agent: AgentCommand => optional, "";
     }
 }
 

@@ -29,6 +29,30 @@ fn presets() {
 }
 
 #[test]
+fn agents_are_paths_or_lists_of_words() {
+    let words = |words: &[&str]| AgentCommand::Words(words.iter().map(|word| (*word).to_owned()).collect());
+    let text = "[defaults]\nagent = [\"python3\", \"my.py\", \"--gain=2\"]\n[[robot]]\nid = \"b\"\nagent = \"own\"\n\
+                start_m = [3, 0]\ngoal_m = [3, 5]\n";
+    let text = format!("{text}{}", alone(""));
+    let scenario = scenario(&text);
+    assert_eq!(robot(&scenario, "a").agent, Some(words(&["python3", "my.py", "--gain=2"])));
+    assert_eq!(robot(&scenario, "b").agent, Some(AgentCommand::Path("own".to_owned())));
+    let overrides = Overrides { agent: Some(words(&["other", "x y"])), ..Overrides::default() };
+    let scenario = with(&text, &overrides);
+    assert!(scenario.robots.iter().all(|robot| robot.agent == overrides.agent), "instead of all that the file names");
+    for (wrong, problem) in [
+        ("[]", "must have 1 to 64 words, has 0"),
+        ("[\"a\", 3]", "defaults.agent[1]: expected a string, found the whole number 3"),
+        ("3", "expected a path or a list of strings, found the whole number 3"),
+        ("[\"a\\nb\"]", "must be one line"),
+    ] {
+        let text = format!("[defaults]\nagent = {wrong}\n{}", alone(""));
+        let problems = parse("x", &text, &Overrides::default()).unwrap_err().to_string();
+        assert!(problems.contains(problem), "{problem}: {problems}");
+    }
+}
+
+#[test]
 fn processes_of_the_world_and_of_the_agents() {
     let check = |lines: &str, world: Scheduling, agents: Scheduling| {
         assert_eq!(
