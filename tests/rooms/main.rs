@@ -55,7 +55,7 @@ const ONLY: [(&str, &[&str]); 13] = [
 ];
 
 /// Names that only these crates may write, and files if a room is larger than it should be.
-const NAMES: [(&str, &[&str]); 19] = [
+const NAMES: [(&str, &[&str]); 20] = [
     ("pyo3", &["python"]),
     ("numpy", &["python"]),
     ("clap_complete", &["cli"]),
