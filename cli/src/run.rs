@@ -86,7 +86,7 @@ fn files_of(named: &OsStr, scenario: &Scenario) -> Files {
     for robot in &scenario.robots {
         let Some(agent) = &robot.agent else { continue };
         // The program and, as in `python3 my.py`, what it is to run.
-        let scripts = agent.arguments().iter().map(|word| Path::new(word)).filter(|path| path.is_file());
+        let scripts = agent.arguments().iter().map(Path::new).filter(|path| path.is_file());
         for path in scripts.chain([Path::new(agent.program())]) {
             files.read(format!("the agent of robot `{}`", robot.id), path);
         }

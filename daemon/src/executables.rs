@@ -58,7 +58,6 @@ fn find(command: &AgentCommand) -> Result<PathBuf, String> {
         let path = std::path::absolute(program).map_err(|error| error.to_string())?;
         return executable(&path).map(|()| path);
     }
-    #[expect(clippy::disallowed_methods, reason = "where programs are is said by the environment")]
     let search = std::env::var_os("PATH").unwrap_or_default();
     let mut problem = format!("`{program}` is not in PATH");
     for folder in std::env::split_paths(&search) {
