@@ -1,6 +1,7 @@
 //! Files on tmpfs that several processes map: the only module that turns addresses into references.
 
 use crate::{Address, BusError, Result};
+use model::MapRef;
 use rustix::fs::{FallocateFlags, Mode, OFlags};
 use rustix::mm::{MapFlags, ProtFlags};
 use std::path::Path;
@@ -115,6 +116,59 @@ impl Mapping {
         // SAFETY: in bounds; `bytes` is private memory, so the two do not overlap. Any bytes are valid `u8`s.
         unsafe { std::ptr::copy_nonoverlapping(self.base.add(offset).as_ptr(), bytes.as_mut_ptr(), bytes.len()) }
     }
+}
+
+/// Name of the file in the run's root that holds the walls of the scenario's map.
+const WALLS: &str = "map";
+
+/// A file of the root that this process maps to read it.
+struct Frozen(Mapping);
+
+impl AsRef<[u8]> for Frozen {
+    fn as_ref(&self) -> &[u8] {
+        // SAFETY: in bounds and alive as long as `self`. Nothing writes to the file: the daemon makes it (`freeze_map`) and takes the
+        // right to write away before it starts any other process of the fleet.
+        unsafe { std::slice::from_raw_parts(self.0.base.as_ptr(), self.0.len) }
+    }
+}
+
+/// Puts the walls of a scenario's map into the root, where every process of the run maps them.
+///
+/// # Errors
+/// When shared memory has no room for them.
+pub fn freeze_map(address: &Address, map: &MapRef) -> Result<()> {
+    let bytes = map.map().bytes();
+    drop(Mapping::create(address, WALLS, bytes.len(), |mapping| mapping.write(0, bytes))?);
+    let path = address.file(WALLS);
+    rustix::fs::chmod(&path, Mode::RUSR).map_err(|e| BusError::io(&path, "make it read-only", e))
+}
+
+/// Attaches the walls of the run's map to what was read of its scenario, if that has a map.
+///
+/// # Errors
+/// When they cannot be read, or are damaged.
+pub fn attach_map(address: &Address, map: Option<&mut MapRef>) -> Result<()> {
+    let Some(map) = map else { return Ok(()) };
+    let path = address.file(WALLS);
+    let failed = |e: rustix::io::Errno| BusError::io(&path, "open the map", e);
+    let file =
+        rustix::fs::open(&path, OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NOFOLLOW, Mode::empty()).map_err(failed)?;
+    let len = usize::try_from(rustix::fs::fstat(&file).map_err(failed)?.st_size).unwrap_or(0);
+    let damaged = |why: String| {
+        let way_out = "all processes of a fleet must come from the same build; start it again";
+        BusError::new(format!("`{}`", path.display()), "use the map", why, way_out)
+    };
+    if len == 0 {
+        return Err(damaged("it is empty".to_owned()));
+    }
+    // POPULATE: page faults belong to the start, not to the loop.
+    // SAFETY: a fresh mapping at an address of the kernel's choice replaces nothing.
+    let base = unsafe {
+        rustix::mm::mmap(std::ptr::null_mut(), len, ProtFlags::READ, MapFlags::SHARED | MapFlags::POPULATE, &file, 0)
+    }
+    .map_err(|e| BusError::io(&path, "map the map", e))?;
+    let base = NonNull::new(base.cast::<u8>()).expect("mmap does not return null");
+    map.attach(Frozen(Mapping { base, len })).map_err(|problem| damaged(problem.to_string()))
 }
 
 impl Drop for Mapping {

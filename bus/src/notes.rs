@@ -13,6 +13,12 @@ const DIRECTORY: &str = "notes";
 const BYTES: usize = 64 * 1024;
 const BYTES_PER_ROBOT: usize = 1024;
 
+/// What the rings of so many robots take, bytes, and those of earlier lives that the recorder has not emptied yet.
+pub(crate) fn bytes_needed(max_robots: u32) -> u64 {
+    let robots = u64::from(max_robots);
+    robots * (BYTES as u64 + BYTES_PER_ROBOT as u64 * robots) * 5 / 4
+}
+
 /// Whether the run in this root is recorded.
 pub fn is_recorded(address: &Address) -> bool {
     address.file(RECORD_FILE).exists()

@@ -1,7 +1,7 @@
 //! How large a fleet can become, and what that takes.
 #![expect(clippy::disallowed_methods, reason = "the sizes of a fleet are a file in its root")]
 
-use crate::{Address, BusError, Result, control, frames, stats};
+use crate::{Address, BusError, Result, control, frames, notes, stats};
 use protocol::world_to_robot::{Impairment, NeighborList, Odometry, Piece, SensedList};
 use std::path::Path;
 
@@ -109,10 +109,11 @@ impl Sizes {
     pub fn check_space(&self, address: &Address) -> Result<()> {
         let stat = rustix::fs::statvfs(address.root())
             .map_err(|e| BusError::io(address.root(), "ask for the free space", e))?;
-        let (needed, free) = (self.bytes_needed_here(), stat.f_bavail.saturating_mul(stat.f_frsize));
+        let notes = if notes::is_recorded(address) { notes::bytes_needed(self.max_robots) } else { 0 };
+        let (needed, free) = (self.bytes_needed_here() + notes, stat.f_bavail.saturating_mul(stat.f_frsize));
         if free < needed {
             let text = format!("{} robots need {needed} bytes of shared memory, {free} are free", self.max_robots);
-            if needed > self.bytes_needed() {
+            if needed > self.bytes_needed() + notes {
                 return Err(BusError::new(
                     format!("`{}`", crate::address::SHM),
                     "hold the fleet",
@@ -186,6 +187,18 @@ mod tests {
         crate::clean::sweep(&address);
         assert!(error.to_string().contains(&huge.bytes_needed().to_string()), "{error}");
         assert!(error.hint().unwrap().contains("/dev/shm"));
+    }
+
+    #[test]
+    fn a_recorded_fleet_needs_room_for_notes() {
+        let address = Address::create().unwrap();
+        let huge = Sizes { max_robots: 50_000_000, shape_pieces: 0 };
+        let bare = huge.check_space(&address).unwrap_err().to_string();
+        std::fs::write(address.file(notes::RECORD_FILE), "run.mcap").unwrap();
+        let recorded = huge.check_space(&address).unwrap_err().to_string();
+        crate::clean::sweep(&address);
+        let needed = huge.bytes_needed_here() + notes::bytes_needed(huge.max_robots);
+        assert!(recorded.contains(&needed.to_string()) && !bare.contains(&needed.to_string()), "{bare}, {recorded}");
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod internal;
 mod pace;
 mod run;
 mod service;
+mod setup;
 mod sweep;
 mod task;
 mod top;
@@ -22,6 +23,7 @@ pub use internal::*;
 pub use pace::*;
 pub use run::*;
 pub use service::*;
+pub use setup::*;
 pub use sweep::*;
 pub use task::*;
 pub use top::*;
@@ -88,6 +90,8 @@ pub enum Verb {
     Schema(SchemaArgs),
     /// List the planners, or describe one
     Planners(PlannersArgs),
+    /// Make a scenario to begin with
+    New(NewArgs),
     /// Check whether this machine can run a fleet
     Doctor(DoctorArgs),
     /// Remove the files of fleets that were killed
@@ -124,6 +128,10 @@ pub enum Verb {
     /// Put a fault on a robot of a running fleet
     #[command(subcommand, subcommand_value_name = "FAULT", subcommand_help_heading = "Faults")]
     Inject(InjectVerb),
+    /// Print what a shell needs to complete words
+    Completions(CompletionsArgs),
+    /// Print or write man pages
+    Man(ManArgs),
     /// The process of one robot; started by the daemon.
     #[command(hide = true)]
     Agent(AgentArgs),

@@ -4,7 +4,7 @@ use clap::Parser;
 use clap::error::ErrorKind;
 use shoal::args::{self, Cli, Verb};
 use shoal::exit::{self, Failure};
-use shoal::{out, verbs};
+use shoal::{complete, out, verbs};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -20,6 +20,7 @@ fn main() -> ExitCode {
 /// Not a part of `main`: its frame needs more stack than there may be.
 #[inline(never)]
 fn obey() -> ExitCode {
+    complete::answer();
     let cli = match Cli::try_parse_from(std::env::args_os().map(args::not_an_option)) {
         Ok(cli) => cli,
         Err(error) => {
@@ -66,6 +67,9 @@ fn dispatch(verb: &Verb) -> Result<i32, Failure> {
         Verb::Validate(options) => verbs::validate::run(options),
         Verb::Schema(options) => done(verbs::schema::run(options)),
         Verb::Planners(options) => done(verbs::planners::run(options)),
+        Verb::New(options) => done(verbs::new::run(options)),
+        Verb::Completions(options) => done(verbs::completions::run(options)),
+        Verb::Man(options) => done(verbs::man::run(options)),
         Verb::Doctor(options) => verbs::doctor::run(options),
         Verb::Clean(options) => done(verbs::clean::run(options)),
         Verb::Ps(options) => verbs::ps::run(options),

@@ -90,7 +90,9 @@ pub fn refused(path: &Path, error: &RecordError) -> Failure {
         RecordError::Foreign | RecordError::Library(_) | RecordError::Io(_) => {
             "`shoal run --record FILE` writes what this verb reads"
         }
-        RecordError::Beginning(_) | RecordError::Damaged(_) => "was it copied in full? else record the run again",
+        RecordError::Beginning(_) | RecordError::Damaged(_) | RecordError::Map(_) => {
+            "was it copied in full? else record the run again"
+        }
         RecordError::Old | RecordError::Version(_) | RecordError::Codec(_) | RecordError::Impossible => {
             "record the run again with this shoal"
         }

@@ -16,6 +16,7 @@ use daemon::supervisor::{self, Finished, FleetView, Start, Watch};
 use model::{Mode, Outcome, Rate, RobotIndex, Scenario};
 use protocol::world_to_daemon::Notice;
 use report::{ProcessFacts, RobotFacts, RunFacts, measured};
+use scenarios::NamedIn;
 use std::ffi::OsStr;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -33,7 +34,7 @@ const SLEEP_NS: u64 = 50_000_000;
 /// When the run cannot be started or reported.
 pub fn run(options: &RunArgs) -> Result<i32, Failure> {
     let overrides = options.changes.overrides(options.mode.map(Mode::from), options.duration);
-    let scenario = source::load(&options.scenario, &overrides)?;
+    let scenario = source::load_beside(&options.scenario, &overrides, options.beside.as_deref())?;
     if !scenario.warnings.is_empty() {
         out::talk(&source::warnings(&scenario.name, &scenario.warnings, out::stderr_colored()));
     }
@@ -78,6 +79,9 @@ fn files_of(named: &OsStr, scenario: &Scenario) -> Files {
     let mut files = Files::new();
     if let Some(path) = source::file_of(named) {
         files.read("the scenario", path);
+    }
+    if let Some(map) = &scenario.map {
+        files.read("the map", &source::Folder::of(named).path_of(&map.file, NamedIn::Scenario));
     }
     for robot in &scenario.robots {
         let Some(agent) = &robot.agent else { continue };

@@ -3,11 +3,11 @@
 use crate::exit::{Failure, USAGE};
 use crate::file::STANDARD;
 use model::{Problem, Scenario};
-use scenarios::{Overrides, Problems};
+use scenarios::{NamedIn, Overrides, Problems};
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// No scenario is larger: there is room for the largest fleet with all its waypoints. A device or a wrong file must not
 /// fill the memory, and checking a hostile one takes up to a hundred and fifty times its size.
@@ -18,8 +18,58 @@ const BYTES_MAX: u64 = 1 << 20;
 /// # Errors
 /// Exit code 2: there is no such scenario, or it has problems; all of them.
 pub fn load(name: &OsStr, overrides: &Overrides) -> Result<Scenario, Failure> {
+    load_beside(name, overrides, None)
+}
+
+/// The same with another folder for the files that the scenario names.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_beside(name: &OsStr, overrides: &Overrides, beside: Option<&Path>) -> Result<Scenario, Failure> {
     let (shown, text) = read(name)?;
-    scenarios::parse(&shown, &text, overrides).map_err(|problems| failure(&problems))
+    let files = beside.map_or_else(|| Folder::of(name), |folder| Folder(folder.to_owned()));
+    scenarios::parse_with_files(&shown, &text, overrides, &files).map_err(|problems| failure(&problems))
+}
+
+/// The files that a scenario names, beside its own.
+#[derive(Clone, Debug)]
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// Those of the scenario of this name.
+    pub fn of(name: &OsStr) -> Folder {
+        Folder(file_of(name).and_then(Path::parent).unwrap_or(Path::new("")).to_owned())
+    }
+
+    /// Where a file is that a scenario names.
+    pub fn path_of(&self, path: &str, named_in: NamedIn) -> PathBuf {
+        match named_in {
+            NamedIn::Scenario => self.0.join(path),
+            NamedIn::Option => PathBuf::from(path),
+        }
+    }
+}
+
+impl scenarios::Files for Folder {
+    fn read(&self, path: &str, named_in: NamedIn, bytes_max: u64) -> Result<Vec<u8>, String> {
+        let path = self.path_of(path, named_in);
+        #[expect(clippy::disallowed_methods, reason = "the command line reads what the scenario names")]
+        let file = File::open(&path);
+        let bytes = file.and_then(|file| {
+            // A device has no size, and is read up to the bound.
+            if file.metadata()?.len() > bytes_max {
+                return Err(ErrorKind::FileTooLarge.into());
+            }
+            read_bounded(file, bytes_max)
+        });
+        bytes.map_err(|error| match error.kind() {
+            ErrorKind::NotFound => format!("file not found (`{}`)", path.display()),
+            ErrorKind::IsADirectory => "it is a directory".to_owned(),
+            ErrorKind::FileTooLarge => format!("it is larger than {} KiB", bytes_max >> 10),
+            ErrorKind::PermissionDenied => "it may not be read".to_owned(),
+            _ => error.to_string(),
+        })
+    }
 }
 
 /// The file that a name means: one with a `/`, one that ends in `.toml`, or one that exists. Any other name is looked up
@@ -48,8 +98,8 @@ pub fn read(name: &OsStr) -> Result<(String, String), Failure> {
     }
     let bytes = match path {
         #[expect(clippy::disallowed_methods, reason = "the command line reads the scenario")]
-        Some(path) => File::open(path).and_then(read_bounded),
-        None => read_bounded(io::stdin().lock()),
+        Some(path) => File::open(path).and_then(|file| read_bounded(file, BYTES_MAX)),
+        None => read_bounded(io::stdin().lock(), BYTES_MAX),
     };
     let bytes = bytes.map_err(|error| {
         let (cause, hint) = match error.kind() {
@@ -68,10 +118,10 @@ pub fn read(name: &OsStr) -> Result<(String, String), Failure> {
     Ok((shown, text))
 }
 
-fn read_bounded(from: impl Read) -> io::Result<Vec<u8>> {
+fn read_bounded(from: impl Read, bytes_max: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    from.take(BYTES_MAX + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > BYTES_MAX { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
+    from.take(bytes_max + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > bytes_max { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
 }
 
 /// All problems of a scenario as one failure.

@@ -3,6 +3,7 @@
 pub mod add;
 pub mod bench;
 pub mod clean;
+pub mod completions;
 pub mod doctor;
 pub mod down;
 pub mod export;
@@ -11,7 +12,9 @@ pub mod inject;
 pub mod internal;
 pub mod latency;
 pub mod logs;
+pub mod man;
 pub mod metrics;
+pub mod new;
 pub mod pace;
 pub mod planners;
 pub mod plot;

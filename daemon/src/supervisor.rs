@@ -215,12 +215,16 @@ impl Supervisor {
     ) -> Result<Supervisor, Error> {
         let lease = Lease::take(&address)?;
         let sizes = Sizes { max_robots: scenario.fleet.max_robots as u32, shape_pieces: scenario.shape_pieces() };
+        // Agents whose run is recorded need room for their notes.
+        if let Some(record) = record {
+            write_bytes(&address.file(world_sim::shell::RECORD_FILE), record.as_os_str().as_bytes())?;
+        }
         sizes.check_space(&address)?;
         let guardian = Guardian::start(&address)?;
         let left = OutcomeFile::create(&address).map_err(|error| no_room(&address, &error))?;
         write(&address, world_sim::shell::SCENARIO_FILE, &scenario)?;
-        if let Some(record) = record {
-            write_bytes(&address.file(world_sim::shell::RECORD_FILE), record.as_os_str().as_bytes())?;
+        if let Some(map) = &scenario.map {
+            bus::freeze_map(&address, map)?;
         }
         let node = Node::new(&address, "daemon")?;
         let services = Services::create(&node, sizes)?;

@@ -34,14 +34,17 @@ pub enum Partner {
     Robot(RobotIndex),
     /// An obstacle, by its place in the scenario.
     Obstacle(u32),
+    /// A wall of the map.
+    Map,
 }
 
 impl Partner {
-    /// Its name, or `obstacle` and its place. `name` knows the robots.
+    /// Its name, `obstacle` and its place, or `the map`. `name` knows the robots.
     pub fn words(self, name: &dyn Fn(RobotIndex) -> String) -> String {
         match self {
             Partner::Robot(other) => name(other),
             Partner::Obstacle(place) => format!("obstacle {place}"),
+            Partner::Map => "the map".to_owned(),
         }
     }
 }
@@ -373,6 +376,7 @@ mod tests {
             (EventKind::TaskDropped { source, why: TaskEnd::RobotGone }, "task-dropped", "task 7: robot-gone"),
             (contact(Partner::Robot(RobotIndex(3))), "contact", "with r03"),
             (contact(Partner::Obstacle(3)), "contact", "with obstacle 3"),
+            (contact(Partner::Map), "contact", "with the map"),
             (died(Some(11), None, "oh"), "died", "signal 11: oh"),
             (died(None, Some(3), ""), "died", "exit code 3"),
             (died(None, None, "gone"), "died", "gone"),

@@ -22,6 +22,10 @@ pub struct Outcome {
     pub min_clearance_m: Option<f64>,
     /// Smallest swept clearance between a robot and an obstacle, m; `None` without obstacles.
     pub min_obstacle_clearance_m: Option<f64>,
+    /// How often the ways of two robots crossed and one of them went first (module `crossings` of the world).
+    pub crossings: u64,
+    /// How often that was the one that had the other on its right hand.
+    pub right_of_way_violations: u64,
     /// What filters did to the commands of robots that have one.
     pub filter: FilterCount,
     /// Goals reached by all robots, including robots that have left and whose index another robot has now.

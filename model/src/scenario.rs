@@ -10,13 +10,13 @@ use crate::params::ParamValues;
 use crate::problem::Problem;
 use crate::radio::Radio;
 use crate::timeline::{Fault, TimelineAction, TimelineEvent};
-use geometry::{ArmGeometry, ArmState, Capsule};
+use geometry::{ArmGeometry, ArmState, Capsule, Map, MapError};
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
 /// Most robots that one fleet can hold, late joiners included.
 pub const MAX_ROBOTS: usize = 1024;
-/// Most pieces (discs, walls, polygon edges, second links of arms) that one world may have in all.
+/// Most pieces (discs, walls, polygon edges, second links of arms) that one world may have in all, those of its map apart.
 pub const MAX_SHAPES: usize = 1024;
 /// Most goals that one robot may have waiting.
 pub const MAX_GOALS: usize = 64;
@@ -44,6 +44,9 @@ pub struct Scenario {
     pub radio: Radio,
     /// What stands or moves in the world besides robots.
     pub obstacles: Vec<Obstacle>,
+    /// What stands there besides: the walls of a map.
+    #[serde(default)]
+    pub map: Option<MapRef>,
     /// The robots; the index is the slot. Late joiners are among them.
     pub robots: Vec<Robot>,
     /// What a robot added while the fleet runs is where the request says nothing: the scenario's defaults.
@@ -63,6 +66,11 @@ impl Scenario {
     /// defaults do not fit this kind.
     pub fn template_of(&self, kind: BodyKind) -> Option<&Robot> {
         [&self.template].into_iter().chain(&self.templates_of_others).find(|robot| robot.kind == kind)
+    }
+
+    /// The walls of its map, if it has one.
+    pub fn walls(&self) -> Option<&Map> {
+        self.map.as_ref().map(MapRef::map)
     }
 
     /// Whether a command may act longer than its tick, or a word may not be heard a tick later: in `realtime`, and with a radio that
@@ -92,6 +100,68 @@ impl Scenario {
         self.obstacles.iter().map(|obstacle| obstacle.shape.piece_count() as u32).sum::<u32>() + arms as u32
     }
 }
+
+/// The map of a scenario. Where a scenario is kept, its map is kept beside it: what is read says which map it was, and that has to
+/// be [attached](MapRef::attach) before the scenario is used.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapRef {
+    /// The file that it was read from, as the scenario names it.
+    pub file: String,
+    /// How many walls it has.
+    pub walls: u32,
+    /// The checksum over its bytes.
+    pub checksum: u64,
+    #[serde(skip)]
+    map: Option<Map>,
+}
+
+/// Why a map cannot be attached to a scenario.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MapProblem {
+    /// It is none.
+    Bad(MapError),
+    /// It is another one.
+    Other,
+}
+
+impl MapRef {
+    /// A map that was read from this file.
+    pub fn new(file: String, map: Map) -> MapRef {
+        MapRef { file, walls: map.len() as u32, checksum: map.checksum(), map: Some(map) }
+    }
+
+    /// The walls.
+    ///
+    /// # Panics
+    /// When they have not been attached: whoever reads a scenario does that first.
+    pub fn map(&self) -> &Map {
+        self.map.as_ref().expect("the map of a scenario that was read has been attached")
+    }
+
+    /// Attaches the map that this scenario was kept with, from its bytes.
+    ///
+    /// # Errors
+    /// When they are no map, or another one.
+    pub fn attach(&mut self, bytes: impl AsRef<[u8]> + Send + Sync + 'static) -> Result<(), MapProblem> {
+        let map = Map::read(bytes).map_err(MapProblem::Bad)?;
+        if (map.len() as u32, map.checksum()) != (self.walls, self.checksum) {
+            return Err(MapProblem::Other);
+        }
+        self.map = Some(map);
+        Ok(())
+    }
+}
+
+impl std::fmt::Display for MapProblem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            MapProblem::Bad(error) => error.fmt(f),
+            MapProblem::Other => f.write_str("it is not the map of this scenario"),
+        }
+    }
+}
+
+impl std::error::Error for MapProblem {}
 
 /// A rectangle, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

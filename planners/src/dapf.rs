@@ -290,6 +290,7 @@ mod tests {
             obstacles: &discs,
             neighbors: &robots,
             map: &discs,
+            walls: None,
             ..crate::testing::input()
         };
         let plan = Dapf::new(Params::of(Variant::Lin), Identity { seed: 1, robot: 0, incarnation: 0 }).plan(&input);

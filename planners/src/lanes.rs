@@ -30,12 +30,13 @@
 //! Known limits: without a map it finds out about dead ends by driving into them. Without the filter nothing keeps robots from
 //! touching each other.
 
+use crate::guide::{Guide, Heading};
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::orca::{Mover, robot_plane};
 use crate::params::ParamError;
 use crate::planner::{Intent, Neighbor, Plan, PlanInput, Planner, solid};
 use crate::steering::{steer_to_goal, stoppable_speed};
-use crate::way::{Ahead, Sketch, Way};
+use crate::way::Ahead;
 use geometry::HalfPlane;
 use geometry::half_planes::nearest_relaxed;
 use model::random::Stream;
@@ -142,9 +143,7 @@ pub struct Lanes {
     robot: u32,
     /// In which direction it goes aside.
     draws: Stream,
-    way: Option<Way>,
-    /// What it has seen, if it has no map.
-    sketch: Sketch,
+    guide: Guide,
     /// Where it heads, and how long the way was when it began, m.
     heads: Option<(Point2<f64>, f64)>,
     /// It has been at this goal.
@@ -227,8 +226,7 @@ impl Lanes {
             params,
             robot: identity.robot,
             draws: Stream::new(identity.seed, identity.robot, identity.incarnation, "lanes-aside"),
-            way: None,
-            sketch: Sketch::default(),
+            guide: Guide::default(),
             heads: None,
             has_arrived: false,
             said: None,
@@ -250,10 +248,14 @@ impl Lanes {
     /// The velocity of a robot that is alone, the way that is left, and the corner that comes next.
     fn wish(&mut self, input: &PlanInput<'_>) -> (Vector2<f64>, f64, Option<Point2<f64>>, PlanState) {
         let speed = input.limits.speed_mps_max;
-        let ahead = if input.map.is_empty() {
-            Some(Way::explore(&mut self.way, &mut self.sketch, input))
-        } else {
-            Way::follow(&mut self.way, input)
+        let ahead = match self.guide.explore(input) {
+            Heading::To(ahead) => Some(ahead),
+            Heading::Nowhere => None,
+            Heading::Searching => {
+                // How long the way is will be known when there is one.
+                self.heads = None;
+                return (Vector2::zeros(), (input.goal - input.position).norm(), None, PlanState::Planning);
+            }
         };
         let left_m = ahead.map_or((input.goal - input.position).norm(), |ahead| ahead.left_m);
         if self.heads.is_none_or(|(goal, _)| goal != input.goal) {

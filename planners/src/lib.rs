@@ -11,6 +11,7 @@ pub mod chassis;
 pub mod dapf;
 pub mod decentralized_apf;
 pub mod filter;
+pub mod guide;
 pub mod lanes;
 pub mod liquid;
 pub mod method;
@@ -30,7 +31,9 @@ pub use chassis::Chassis;
 pub use method::{Identity, Method, Misfit, RADIUS_M, Symmetry};
 pub use model::{choice, keys};
 pub use params::ParamError;
-pub use planner::{Intent, Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id, solid};
+pub use planner::{
+    FIRST_WALL, Intent, Neighbor, Obstacle, Plan, PlanInput, Planner, SENSED_WALLS_MAX, nearest_by_id, solid,
+};
 
 /// Every method, in the order in which help lists them. A new one costs its file, its `pub mod` above and a line here.
 pub static METHODS: &[&Method] = &[

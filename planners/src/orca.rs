@@ -25,11 +25,11 @@
 //! Known limits: plain ORCA (no bias) stands still for good in exact rings, and bodies overlap in dense crowds, where the
 //! half-planes have no velocity in common (sec. 5.3).
 
+use crate::guide::{Guide, Heading};
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner};
 use crate::steering::steer_to_goal;
-use crate::way::Way;
 use geometry::half_planes::nearest_relaxed;
 use geometry::{Capsule, HalfPlane};
 use model::{BodyKind, Drive, ParamValues, PlanState};
@@ -78,7 +78,7 @@ pub struct Orca {
     params: Params,
     /// Horizons that the scenario does not set follow the body.
     follows_body: [bool; 2],
-    way: Option<Way>,
+    guide: Guide,
     walls: Vec<Wall>,
     /// The robots that are heard: the gap to each, m, whether it has arrived, and how it moves.
     others: Vec<(f64, bool, Mover)>,
@@ -145,7 +145,7 @@ impl Orca {
         Orca {
             params,
             follows_body: [false; 2],
-            way: None,
+            guide: Guide::default(),
             walls: Vec::new(),
             others: Vec::new(),
             planes: Vec::new(),
@@ -156,7 +156,11 @@ impl Orca {
     /// v^pref: along the way, slower only where a tick at full speed would go past the goal.
     fn preferred(&mut self, input: &PlanInput<'_>) -> (Vector2<f64>, PlanState) {
         let speed = input.limits.speed_mps_max;
-        let Some(ahead) = Way::follow(&mut self.way, input) else { return (Vector2::zeros(), PlanState::GaveUp) };
+        let ahead = match self.guide.follow(input) {
+            Heading::To(ahead) => ahead,
+            Heading::Searching => return (Vector2::zeros(), PlanState::Planning),
+            Heading::Nowhere => return (Vector2::zeros(), PlanState::GaveUp),
+        };
         let offset = ahead.at - input.position;
         let fast = if ahead.is_goal { offset / input.dt_s } else { offset * (speed / offset.norm().max(1e-12)) };
         (fast.cap_magnitude(speed), PlanState::Ready)

@@ -1,6 +1,6 @@
 //! What a method is given and what it answers.
 
-use geometry::{ArmState, Capsule, HalfPlane};
+use geometry::{ArmState, Capsule, HalfPlane, Map};
 use model::{BodyKind, Drive, Limits, PlanState, Wheels};
 use nalgebra::{Point2, Vector2};
 
@@ -40,8 +40,12 @@ pub struct PlanInput<'a> {
     pub obstacles: &'a [Obstacle],
     /// The robots heard on the radio, sorted by [`Neighbor::id`].
     pub neighbors: &'a [Neighbor],
-    /// The fixed obstacles of the whole world, for methods that plan on a map. Sorted like `obstacles`.
+    /// The fixed obstacles of the whole world, for methods that plan on a map. Sorted like `obstacles`. The walls of a map are
+    /// among them if all together are at most [`MAX_SHAPES`](model::MAX_SHAPES).
     pub map: &'a [Obstacle],
+    /// The walls of the map of the scenario, however many, if it has one and the robot knows it. Those in sensor range are among
+    /// `obstacles` as well.
+    pub walls: Option<&'a Map>,
     /// Own joints and build, if the body is an arm (`BodyKind::TwoLinkArm`).
     pub arm: Option<ArmState>,
     /// Own wheels, if the body has them (`BodyKind::DiffDrive`): such a body also understands [`Drive::Wheels`].
@@ -50,6 +54,11 @@ pub struct PlanInput<'a> {
     /// but what it plans outside them is changed. Standing still is always allowed.
     pub allowed: &'a [HalfPlane],
 }
+
+/// Ids from here on are those of walls of a map: this, and the index of the wall. Obstacles and robots have smaller ones.
+pub const FIRST_WALL: u32 = 1 << 16;
+/// Of the walls of a map that a robot senses, `obstacles` holds at most this many: the nearest.
+pub const SENSED_WALLS_MAX: usize = 256;
 
 /// A piece of an obstacle: a disc, a wall, or an edge of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +69,18 @@ pub struct Obstacle {
     pub shape: Capsule,
     /// Its velocity, m/s; zero for what stands still.
     pub velocity: Vector2<f64>,
+}
+
+impl Obstacle {
+    /// A wall of a map.
+    pub fn wall(index: u32, shape: Capsule) -> Obstacle {
+        Obstacle { id: FIRST_WALL + index, shape, velocity: Vector2::zeros() }
+    }
+
+    /// Whether it is a wall of a map.
+    pub fn is_wall(&self) -> bool {
+        self.id >= FIRST_WALL
+    }
 }
 
 /// Of every obstacle the piece nearest to `position`: one obstacle, one push. Relies on the pieces of an obstacle

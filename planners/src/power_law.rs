@@ -40,11 +40,11 @@
 //! Known limits: a force does not rule out a contact. Bodies touch in dense crowds, above all where a tick is not short
 //! against r/v, and two that meet exactly head on stop each other.
 
+use crate::guide::{Guide, Heading};
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::params::ParamError;
 use crate::planner::{Neighbor, Obstacle, Plan, PlanInput, Planner, nearest_by_id};
 use crate::steering::steer_to_goal;
-use crate::way::Way;
 use geometry::Capsule;
 use model::{BodyKind, Drive, ParamValues, PlanState};
 use nalgebra::{Point2, Vector2};
@@ -86,7 +86,7 @@ const BODY_MIN: f64 = 1e-6;
 /// The method at work for one robot.
 pub struct PowerLaw {
     params: Params,
-    way: Option<Way>,
+    guide: Guide,
     /// What pushes have added to the preferred velocity of a unicycle, m/s, until after which tick.
     pushed: Option<(u64, Vector2<f64>)>,
     /// Own slot: settles who goes where when centres coincide.
@@ -135,7 +135,7 @@ impl Planner for PowerLaw {
 impl PowerLaw {
     /// The method with these parameters, for this robot.
     pub fn new(params: Params, identity: Identity) -> PowerLaw {
-        PowerLaw { params, way: None, pushed: None, robot: identity.robot }
+        PowerLaw { params, guide: Guide::default(), pushed: None, robot: identity.robot }
     }
 
     /// The law in metres and seconds for this body.
@@ -149,7 +149,11 @@ impl PowerLaw {
     /// by less than half a radius.
     fn preferred(&mut self, input: &PlanInput<'_>, xi_s: f64) -> (Vector2<f64>, PlanState) {
         let speed = input.limits.speed_mps_max;
-        let Some(ahead) = Way::follow(&mut self.way, input) else { return (Vector2::zeros(), PlanState::GaveUp) };
+        let ahead = match self.guide.follow(input) {
+            Heading::To(ahead) => ahead,
+            Heading::Searching => return (Vector2::zeros(), PlanState::Planning),
+            Heading::Nowhere => return (Vector2::zeros(), PlanState::GaveUp),
+        };
         let offset = ahead.at - input.position;
         let wish = if ahead.is_goal {
             (offset / (2.0 * xi_s).max(input.dt_s)).cap_magnitude(speed)

@@ -34,6 +34,7 @@ pub(crate) fn input() -> PlanInput<'static> {
         obstacles: &[],
         neighbors: &[],
         map: &[],
+        walls: None,
         arm: None,
         wheels: None,
         allowed: &[],

@@ -202,8 +202,13 @@ impl Way {
     /// The same for a robot without a map, along the shortest way past what it has seen so far. Where that leaves none it heads
     /// straight for its goal, and forgets what it has seen.
     pub fn explore(way: &mut Option<Way>, sketch: &mut Sketch, input: &PlanInput<'_>) -> Ahead {
+        let has_changed = sketch.look(input);
+        Way::past(way, sketch, has_changed, input)
+    }
+
+    /// The same with a sketch that has been brought up to date; `has_changed` says whether anything of it is new.
+    pub(crate) fn past(way: &mut Option<Way>, sketch: &mut Sketch, has_changed: bool, input: &PlanInput<'_>) -> Ahead {
         let (from, goal) = (input.position, input.goal);
-        let has_changed = sketch.see(input.obstacles) | sketch.recognise(input.neighbors);
         if has_changed || way.as_ref().is_some_and(|way| way.goal != goal) {
             *way = None;
         }
@@ -274,10 +279,21 @@ pub struct Sketch {
 }
 
 impl Sketch {
+    /// Takes in what is seen and heard; whether anything of it is new.
+    pub(crate) fn look(&mut self, input: &PlanInput<'_>) -> bool {
+        self.see(input.obstacles) | self.recognise(input.neighbors)
+    }
+
+    /// What stands, as far as it has been seen.
+    pub(crate) fn pieces(&self) -> &[Obstacle] {
+        &self.pieces
+    }
+
     /// Takes out what turns out to be a robot: one that is heard to be where something stands. Whether there was any.
     fn recognise(&mut self, heard: &[Neighbor]) -> bool {
         let before = self.pieces.len();
-        self.pieces.retain(|piece| heard.iter().all(|robot| piece.shape.distance(robot.position) >= 0.0));
+        let is_robot = |piece: &Obstacle| heard.iter().any(|robot| piece.shape.distance(robot.position) < 0.0);
+        self.pieces.retain(|piece| piece.is_wall() || !is_robot(piece));
         self.pieces.len() < before
     }
 

@@ -1,6 +1,6 @@
 //! What the daemon tells an agent when it starts it: a file in the root of the run, read once.
 
-use model::{Clock, Physics, Robot, RobotInstance, Scenario};
+use model::{Clock, MapRef, Physics, Robot, RobotInstance, Scenario};
 use serde::{Deserialize, Serialize};
 
 /// Everything an agent needs to know of the scenario.
@@ -26,6 +26,9 @@ pub struct AgentSpec {
     pub foreseen: Vec<RobotInstance>,
     /// The fixed obstacles, if the robot knows the map; else empty.
     pub map: Vec<MapPiece>,
+    /// The map of the scenario, if it has one: for what the robot senses, and for what it knows. Its walls are in a file of their
+    /// own.
+    pub walls: Option<MapRef>,
 }
 
 impl AgentSpec {
@@ -48,6 +51,7 @@ impl AgentSpec {
             max_robots: scenario.fleet.max_robots as u32,
             foreseen: Vec::new(),
             map,
+            walls: scenario.map.clone(),
         }
     }
 }

@@ -8,7 +8,7 @@ use iceoryx2::prelude::ZeroCopySend;
 /// A robot's own account of itself at one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.SharedPose.v4")]
+#[type_name("shoal.SharedPose.v5")]
 pub struct SharedPose {
     /// The tick that it describes.
     pub tick: u64,
@@ -44,6 +44,10 @@ pub struct SharedPose {
     pub brake_m: f32,
     /// What it intends, with [`SharedPose::FLAG_INTENT`].
     pub intent: SharedIntent,
+    /// For who watches: the part of its plan that pulls to its goal, x and y, in the unit of its method; zero if there is none.
+    pub pull: [f32; 2],
+    /// The part that pushes away from things.
+    pub push: [f32; 2],
     /// See the `FLAG_*` constants.
     pub flags: u32,
     /// Its greatest speed, m/s.
@@ -159,7 +163,7 @@ impl SharedBorders {
 /// two poses the one of the tick before is always there, whoever ran first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.PosePair.v4")]
+#[type_name("shoal.PosePair.v5")]
 pub struct PosePair {
     /// The newest pose.
     pub newest: SharedPose,

@@ -28,6 +28,9 @@ pub enum RecordError {
     /// The checksums fit, but the content does not.
     #[error("it holds what no run writes")]
     Impossible,
+    /// The map of its scenario is missing, or damaged.
+    #[error("the map in it cannot be used: {0}")]
+    Map(model::MapProblem),
     /// It cannot be read at all.
     #[error("cannot read: {0}")]
     Io(#[from] io::Error),

@@ -17,6 +17,8 @@ pub(crate) const EVENT: &str = "shoal.event";
 pub(crate) const ROBOT: &str = "shoal.robot";
 pub(crate) const INPUT: &str = "shoal.input";
 pub(crate) const GAP: &str = "shoal.gap";
+pub(crate) const MAP: &str = "shoal.map";
+pub(crate) const MAP_SHOWN: &str = "/map";
 pub(crate) const METRICS: &str = "/metrics";
 
 pub(crate) const METADATA: &str = "shoal";

@@ -91,12 +91,20 @@ impl Record {
     /// Reads events and robots that came late.
     fn listen(&mut self) -> Result<(), RecordError> {
         let (mut events, mut added, mut left_out) = (Vec::new(), Vec::new(), 0_u64);
+        let mut map = Vec::new();
+        // A map is as long as its walls make it: what comes besides is not kept.
+        let map_bytes = self.scenario.map.as_ref().map_or(0, |map| geometry::map::bytes_of(map.walls as usize));
         for chunk in self.chunks.iter().filter(|chunk| chunk.is_told) {
             let read = self.walk_chunk(*chunk, &mut |topic, bytes| {
                 match topic {
                     Topic::Event => events.push(event_in(bytes)?),
                     Topic::Robot => added.push(robot_in(bytes)?),
                     Topic::Gap => left_out = left_out.saturating_add(number_in(bytes, 3)?),
+                    Topic::Map => {
+                        let part = blob_in(bytes, 1)?;
+                        let room = map_bytes.saturating_sub(map.len());
+                        map.extend_from_slice(&part[..part.len().min(room)]);
+                    }
                     _ => {}
                 }
                 (events.len() <= EVENTS_MAX && added.len() <= ADDED_MAX).then_some(())
@@ -105,6 +113,9 @@ impl Record {
             if let Err(error @ RecordError::Io(_)) = read {
                 return Err(error);
             }
+        }
+        if let Some(known) = &mut self.scenario.map {
+            known.attach(map).map_err(RecordError::Map)?;
         }
         (self.events, self.added, self.left_out) = (events, added, left_out);
         Ok(())

@@ -6,7 +6,7 @@ use crate::palette::{
     Color, DARK, GREY, LINE_M, MOVING, OBSTACLE_HEIGHT_M, ROBOT_HEIGHT_M, WORLD, color_of, level, obstacle_frame,
 };
 use crate::wire::Message;
-use geometry::Capsule;
+use geometry::{Capsule, Map};
 use model::{ArmSetup, EventName, Obstacle, Robot, Shape};
 use nalgebra::Point2;
 
@@ -87,7 +87,7 @@ fn put_cylinder(entity: &mut Message, at: [f64; 2], radius_m: f64, height_m: f64
     });
 }
 
-/// A line through points; `kind` 0 is open, 1 closed.
+/// A line through points; `kind` 0 is open, 1 closed, 2 a line for each two points.
 fn put_line(entity: &mut Message, kind: u64, points: impl Iterator<Item = [f64; 3]>, thickness_m: f64, color: Color) {
     entity.message(11, |line| {
         line.uint(1, kind);
@@ -151,6 +151,16 @@ pub(crate) fn scene<'a>(obstacles: &[Obstacle], robots: impl Iterator<Item = (u3
             put_line(entity, 0, ahead.into_iter(), 0.2 * radius_m, DARK);
         });
     }
+    out
+}
+
+/// A `foxglove.SceneUpdate` with the walls of a map.
+pub(crate) fn walls(map: &Map) -> Message {
+    let mut out = Message::default();
+    put_entity(&mut out, WORLD, "map", false, |entity| {
+        let ends = map.walls().flat_map(|wall| [wall.a, wall.b]).map(|end| [end.x, end.y, 0.0]);
+        put_line(entity, 2, ends, LINE_M, GREY);
+    });
     out
 }
 

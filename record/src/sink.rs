@@ -13,6 +13,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
 
@@ -22,7 +24,7 @@ const BEAT: Duration = Duration::from_millis(10);
 const CHUNK: Duration = Duration::from_millis(500);
 /// How often the processes' figures are written.
 const COUNT: Duration = Duration::from_secs(1);
-/// How long a run in ticks waits for a disk that takes nothing, and any run for the end of its record.
+/// How long a run in ticks, and any run at its end, waits for a disk that takes nothing.
 const PATIENCE: Duration = Duration::from_secs(30);
 /// A step of that waiting.
 const STEP: Duration = Duration::from_millis(1);
@@ -32,7 +34,7 @@ const QUEUE_MOMENTS: std::ops::RangeInclusive<usize> = 64..=4096;
 const QUEUE_BYTES: usize = 64 << 20;
 /// What waits besides frames, and is not left out before it has become this much, bytes.
 const INPUTS_MAX: usize = 8 << 20;
-/// The thread is behind everybody else.
+/// In `realtime` the thread is behind everybody else. A run in ticks waits for it, so there it is not.
 const NICE: i32 = 10;
 
 /// Asks what the processes of a fleet have counted so far.
@@ -49,6 +51,8 @@ pub struct Sink {
     /// Moments whose memory can be used again.
     spare: Receiver<Moment>,
     end: Receiver<io::Result<()>>,
+    /// How many items the thread has taken.
+    taken: Arc<AtomicU64>,
     /// How long it waits for room; `None`: not at all.
     waits: Option<Duration>,
     gap: Gap,
@@ -91,13 +95,16 @@ impl Sink {
         let (queue, moments) = sync_channel(depth);
         let (emptied, spare) = sync_channel(depth);
         let (done, end) = sync_channel(1);
+        let taken = Arc::new(AtomicU64::new(0));
+        let counter = Arc::clone(&taken);
+        let nice = if waits.is_some() { 0 } else { NICE };
         let thread = std::thread::Builder::new().name("recorder".to_owned());
         thread.spawn(move || {
-            stand_back();
+            stand_back(nice);
             // Whoever began the record may have given it up.
-            let _ = done.send(write(writer, &moments, &emptied, count, keep));
+            let _ = done.send(write(writer, &moments, &counter, &emptied, count, keep));
         })?;
-        Ok(Sink { queue, spare, end, waits, gap: Gap::default(), left_out: 0, stuck: false })
+        Ok(Sink { queue, spare, end, taken, waits, gap: Gap::default(), left_out: 0, stuck: false })
     }
 
     /// Takes what `moment` holds and leaves an empty one. If there is no room, the frame is left out and the rest stays in
@@ -139,10 +146,15 @@ impl Sink {
         if self.stuck {
             return Err(stuck(patience));
         }
-        match self.end.recv_timeout(patience) {
-            Ok(written) => written,
-            Err(RecvTimeoutError::Timeout) => Err(stuck(patience)),
-            Err(RecvTimeoutError::Disconnected) => Err(io::Error::other("the thread that writes it has ended")),
+        // Nobody adds to the queue any more, so this ends.
+        loop {
+            let before = self.taken.load(Ordering::Relaxed);
+            return match self.end.recv_timeout(patience) {
+                Ok(written) => written,
+                Err(RecvTimeoutError::Timeout) if self.taken.load(Ordering::Relaxed) > before => continue,
+                Err(RecvTimeoutError::Timeout) => Err(stuck(patience)),
+                Err(RecvTimeoutError::Disconnected) => Err(io::Error::other("the thread that writes it has ended")),
+            };
         }
     }
 
@@ -152,7 +164,7 @@ impl Sink {
         if self.stuck {
             return Err(None);
         }
-        let mut begun = None;
+        let mut waits_since = None;
         loop {
             item = match self.queue.try_send(item) {
                 Ok(()) => return Ok(()),
@@ -160,7 +172,11 @@ impl Sink {
                 Err(TrySendError::Full(item)) => item,
             };
             let Some(patience) = self.waits else { return Err(Some(item)) };
-            if begun.get_or_insert_with(now).elapsed() > patience {
+            let taken = self.taken.load(Ordering::Relaxed);
+            let (before, since) = waits_since.get_or_insert_with(|| (taken, now()));
+            if *before != taken {
+                waits_since = None;
+            } else if since.elapsed() > patience {
                 self.stuck = true;
                 return Err(None);
             }
@@ -188,6 +204,7 @@ fn pause(time: Duration) {
 fn write<W: Write>(
     mut writer: RecordWriter<W>,
     moments: &Receiver<Item>,
+    taken: &AtomicU64,
     emptied: &SyncSender<Moment>,
     mut count: Option<Count>,
     keep: fn(W) -> io::Result<()>,
@@ -196,7 +213,9 @@ fn write<W: Write>(
     let (mut chunk_ended, mut counted) = (now(), now());
     let mut figures = || count.as_mut().map_or_else(Vec::new, |count| count());
     loop {
-        match moments.try_recv() {
+        let item = moments.try_recv();
+        taken.fetch_add(item.is_ok().into(), Ordering::Relaxed);
+        match item {
             Ok(Item::Moment(mut moment, gap)) => {
                 if failed.is_ok() {
                     failed = writer.moment(&moment, gap);
@@ -235,13 +254,13 @@ fn keep(file: File) -> io::Result<()> {
     }
 }
 
-/// The calling thread takes what others leave of the processors, whatever class of scheduling the process has.
-fn stand_back() {
+/// The calling thread is an ordinary one, whatever class of scheduling the process has, and as nice as this.
+fn stand_back(nice: i32) {
     let ordinary = libc::sched_param { sched_priority: 0 };
     // SAFETY: the pointer is to a live value of the right type; 0 is the calling thread.
     unsafe { libc::sched_setscheduler(0, libc::SCHED_OTHER, &raw const ordinary) };
     // A thread may always become nicer; where it may not, it writes all the same.
-    let _ = rustix::process::setpriority_process(None, NICE);
+    let _ = rustix::process::setpriority_process(None, nice);
 }
 
 /// Makes the file and writes the beginning of the record.
@@ -383,6 +402,33 @@ mod tests {
         assert!(error.to_string().contains("took nothing"), "{error}");
         assert!((700..5000).contains(&begun.elapsed().as_millis()), "{:?}", begun.elapsed());
         disk.run();
+    }
+
+    #[test]
+    fn a_thread_that_is_slow_but_takes_something_is_waited_for() {
+        let (queue, moments) = sync_channel(2);
+        let (_emptied, spare) = sync_channel(1);
+        let (done, end) = sync_channel(1);
+        let taken = Arc::new(AtomicU64::new(0));
+        let counter = Arc::clone(&taken);
+        std::thread::spawn(move || {
+            for item in moments {
+                pause(Duration::from_millis(100));
+                counter.fetch_add(1, Ordering::Relaxed);
+                if matches!(item, Item::End(..)) {
+                    return done.send(Ok(())).unwrap();
+                }
+            }
+        });
+        let patience = Duration::from_millis(1000);
+        let mut sink =
+            Sink { queue, spare, end, taken, waits: Some(patience), gap: Gap::default(), left_out: 0, stuck: false };
+        let begun = now();
+        for tick in 0..15 {
+            sink.take(&mut moment(tick));
+        }
+        sink.finish(Ending::default()).unwrap();
+        assert!(begun.elapsed() > patience, "{:?}: it is not slow", begun.elapsed());
     }
 
     #[test]

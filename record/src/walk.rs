@@ -27,6 +27,7 @@ pub(crate) enum Topic {
     Robot,
     Input,
     Gap,
+    Map,
     Metrics,
     Other,
 }
@@ -39,6 +40,7 @@ impl Topic {
             header::ROBOT => Topic::Robot,
             header::INPUT => Topic::Input,
             header::GAP => Topic::Gap,
+            header::MAP => Topic::Map,
             header::METRICS => Topic::Metrics,
             _ => Topic::Other,
         }
@@ -165,7 +167,7 @@ impl Walk {
         if kind == kind::MESSAGE_INDEX {
             let channel = self.peek(at + HEAD as u64, 2)?;
             let topic = <[u8; 2]>::try_from(channel).ok().and_then(|id| self.topics.get(&u16::from_le_bytes(id)));
-            let is_told = matches!(topic, Some(Topic::Event | Topic::Robot | Topic::Gap));
+            let is_told = matches!(topic, Some(Topic::Event | Topic::Robot | Topic::Gap | Topic::Map));
             if let Some(chunk) = self.chunks.last_mut() {
                 chunk.is_told |= is_told;
             }

@@ -7,6 +7,7 @@ use crate::header::{self, About, Ending};
 use crate::moment::Moment;
 use crate::wire::Message;
 use crate::{palette, scene, schema};
+use geometry::Map;
 use model::{Event, Robot, RobotIndex, Scenario};
 use protocol::codec;
 use std::collections::BTreeMap;
@@ -102,6 +103,9 @@ impl<W: Write> RecordWriter<W> {
         let mut channels = [0; CHANNELS.len()];
         for (channel, (topic, name)) in channels.iter_mut().zip(CHANNELS) {
             *channel = file.channel(topic, name, &PROTOBUF, &schema::descriptors(name), &BTreeMap::new())?;
+        }
+        if let Some(map) = &scenario.map {
+            put_map(&mut file, map.map())?;
         }
         let hz = scenario.clock.tick_hz;
         let mut writer = RecordWriter {
@@ -335,6 +339,22 @@ impl<W: Write> RecordWriter<W> {
         self.file.metadata(header::METADATA_END, ending.to_map(self.left_out.frames, self.left_out.inputs))?;
         self.file.finish()
     }
+}
+
+/// Writes a map: its bytes in parts, each in a chunk of its own, which packs it; and its walls as viewers show them. Both once.
+fn put_map<W: Write>(file: &mut Container<W>, map: &Map) -> io::Result<()> {
+    let none = BTreeMap::new();
+    let parts = file.channel(header::MAP, "shoal.Map", &PROTOBUF, &schema::descriptors("shoal.Map"), &none)?;
+    for (part, sequence) in map.bytes().chunks(CHUNK_BYTES).zip(0..) {
+        let mut message = Message::default();
+        message.blob(1, part);
+        file.message(parts, 0, sequence, message.bytes())?;
+        file.end_chunk()?;
+    }
+    let name = "foxglove.SceneUpdate";
+    let shown = file.channel(header::MAP_SHOWN, name, &PROTOBUF, &schema::descriptors(name), &none)?;
+    file.message(shown, 0, 0, scene::walls(map).bytes())?;
+    file.end_chunk()
 }
 
 /// What a viewer sees of a body.

@@ -121,6 +121,8 @@ fn outcome_of(facts: &RunFacts) -> (Vec<RobotOutcome>, OutcomeReport) {
         filter_interventions: share(filter.changed as f64, filter.commands),
         filter_change_mean: share(filter.change, filter.changed),
         reversals_per_m: per(reversals as f64, path_length_m),
+        crossings: facts.outcome.crossings,
+        right_of_way_violations: facts.outcome.right_of_way_violations,
     };
     (fates, report)
 }

@@ -346,6 +346,12 @@ pub struct OutcomeReport {
     /// Reversals of the direction of driving, of all robots together, per metre of their paths; null if none moved.
     #[serde(default)]
     pub reversals_per_m: Option<f64>,
+    /// How often the ways of two robots crossed and one of them went first.
+    #[serde(default)]
+    pub crossings: u64,
+    /// How often that was the one that had the other on its right hand.
+    #[serde(default)]
+    pub right_of_way_violations: u64,
     /// Share of robot-ticks in which the safety filter changed the command; null without a filter.
     pub filter_interventions: Option<f64>,
     /// By how much it changed those, as a share of the greatest speed, mean; null if it changed none.

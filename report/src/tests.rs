@@ -70,6 +70,7 @@ fn scenario(robots: usize, mode: Mode) -> Scenario {
         obstacles: Vec::new(),
         robots: (0..robots).map(robot).collect(),
         template: robot(0),
+        map: None,
         templates_of_others: Vec::new(),
         events: Vec::new(),
         expect: Expect::default(),
@@ -337,7 +338,8 @@ fn every_field_of_the_contract_is_there() {
         &json["outcome"],
         "arrived arrived_all succeeded makespan_s flowtime_s mean_time_s path_length_m path_ratio_mean robot_contacts \
          obstacle_contacts min_clearance_m min_obstacle_clearance_m deadlocked livelocked oscillating ldj_mean filter_interventions \
-         time_lost_s_mean time_lost_s_max goals_done throughput_per_s reversals_per_m",
+         time_lost_s_mean time_lost_s_max goals_done throughput_per_s reversals_per_m \
+         crossings right_of_way_violations",
     );
     check(
         &json["per_robot"][0],

@@ -32,6 +32,7 @@ pub static PAPER: Paper = Paper {
          while the push at contact is finite. With shoal's defaults the clearance is 0.37 m or more in the same scenes",
     )],
     rows,
+    steps: 33,
     series,
 };
 

@@ -31,6 +31,7 @@ pub fn at_origin(goal: Point2<f64>, obstacles: &[Obstacle]) -> PlanInput<'_> {
         obstacles,
         neighbors: &[],
         map: obstacles,
+        walls: None,
         arm: None,
         wheels: None,
         allowed: &[],

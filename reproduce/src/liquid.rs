@@ -42,6 +42,7 @@ pub static PAPER: Paper = Paper {
          describes, drives through in 6.3 s",
     )],
     rows,
+    steps: 75,
     series: figures::series,
 };
 

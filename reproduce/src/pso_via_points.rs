@@ -47,6 +47,7 @@ pub static PAPER: Paper = Paper {
         ),
     ],
     rows,
+    steps: 35,
     series: series::series,
 };
 

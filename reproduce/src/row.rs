@@ -287,6 +287,8 @@ pub struct Paper {
     pub differs: &'static [(&'static str, &'static str)],
     /// Adds all its rows. Returns early if [`Rows::begin`] says `Break`.
     pub rows: fn(&mut Rows<'_>) -> ControlFlow<()>,
+    /// How often it calls [`Rows::begin`]: steps of a progress bar.
+    pub steps: usize,
     /// Files for `--out`: name (`.csv`) and text. SVG pictures are drawn from these by the command line.
     pub series: fn() -> Vec<Series>,
 }

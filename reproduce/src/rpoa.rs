@@ -37,6 +37,7 @@ pub static PAPER: Paper = Paper {
     silence: "tables 1 to 3 are lost, and with them all numbers of the paper; numbers are the specification's",
     differs: DIFFERS,
     rows,
+    steps: 39,
     series: figures::series,
 };
 

@@ -360,6 +360,7 @@ impl<P: Planner> Stepper<P> {
             obstacles: &self.seen,
             neighbors: &self.neighbors,
             map: &self.seen,
+            walls: None,
             arm: arm_of(robot, &body),
             wheels: robot.wheels,
             allowed: &[],

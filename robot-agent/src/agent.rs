@@ -3,11 +3,11 @@
 use crate::radio::{Receiver, SeenRobot};
 use geometry::ArmState;
 use model::kinematics::Pose;
-use model::{BodyKind, Drive, FilterKind, Mode, Physics, PlanState, Radio, RobotInstance};
+use model::{BodyKind, Drive, FilterKind, MAX_SHAPES, MapRef, Mode, Physics, PlanState, Radio, RobotInstance};
 use nalgebra::{Point2, Vector2};
 use planners::filter::border::{Rule, Word};
 use planners::filter::{Body, Filter, Timing, Told, rounded_up};
-use planners::{Chassis, Identity, Intent, Neighbor, Obstacle, ParamError, PlanInput, Planner};
+use planners::{Chassis, Identity, Intent, Neighbor, Obstacle, ParamError, PlanInput, Planner, SENSED_WALLS_MAX};
 use protocol::daemon_to_robot::{AgentSpec, MapPiece};
 use protocol::robot_to_robot::{SharedBorder, SharedBorders, SharedIntent, SharedPose};
 use protocol::robot_to_world::Command;
@@ -146,6 +146,8 @@ pub struct Agent {
     speed_mps_max: f32,
     brake_m: f32,
     map: Vec<Obstacle>,
+    /// Walls of the map that it senses: how far they are, m, and which they are.
+    sensed: Vec<(f64, u32)>,
 }
 
 impl Agent {
@@ -161,7 +163,7 @@ impl Agent {
     /// An agent with this method, whatever its spec names: how a user brings a planner that shoal does not have.
     pub fn with_planner(spec: AgentSpec, planner: Box<dyn Planner>) -> Agent {
         let receiver = Receiver::new(spec.clock.seed, spec.instance);
-        let map = spec.map.iter().map(on_map).collect();
+        let map = map_of(&spec);
         let filter = filter_of(&spec);
         let (speed_mps_max, brake_m) = (spec.robot.limits.speed_mps_max, body_of(&spec).brake_m());
         Agent {
@@ -178,6 +180,7 @@ impl Agent {
             speed_mps_max: rounded_up(speed_mps_max),
             brake_m: rounded_up(brake_m),
             map,
+            sensed: Vec::new(),
         }
     }
 
@@ -199,10 +202,11 @@ impl Agent {
         self.receiver.receive(odometry.tick, inputs.time, inputs.radio, inputs.heard, inputs.borders);
         self.neighbors.clear();
         self.neighbors.extend(self.receiver.neighbors(odometry.tick, dt_s, inputs.time));
+        let position = Point2::new(odometry.x_m, odometry.y_m);
         self.see(inputs.pieces);
+        self.sense(position);
         let robot = &self.spec.robot;
 
-        let position = Point2::new(odometry.x_m, odometry.y_m);
         let velocity = Vector2::new(odometry.vx_mps, odometry.vy_mps);
         let goal = Point2::new(odometry.goal_x_m, odometry.goal_y_m);
         let arrived = odometry.has(Odometry::FLAG_ARRIVED);
@@ -237,6 +241,7 @@ impl Agent {
                 obstacles: &self.obstacles,
                 neighbors: &self.neighbors,
                 map: &self.map,
+                walls: self.spec.walls.as_ref().filter(|_| robot.knows_map).map(MapRef::map),
                 arm,
                 wheels: robot.wheels,
                 allowed,
@@ -301,6 +306,8 @@ impl Agent {
             spare_m: promise.map_or(0.0, |promise| promise.spare_m),
             brake_m: self.brake_m,
             intent: plan.intent.map(shared).unwrap_or_default(),
+            pull: plan.attractive.cast().into(),
+            push: plan.repulsive.cast().into(),
             flags,
             speed_mps_max: self.speed_mps_max,
         };
@@ -392,6 +399,15 @@ impl Agent {
             }
         }
     }
+
+    /// Adds the walls of the map that are in range of its sensors here. A sensor sees as far as it does whatever stands before
+    /// it, as for obstacles.
+    fn sense(&mut self, position: Point2<f64>) {
+        let Some(walls) = &self.spec.walls else { return };
+        let (map, range_m) = (walls.map(), self.spec.robot.sensor_range_m);
+        map.nearest(position, range_m, SENSED_WALLS_MAX, &mut self.sensed);
+        self.obstacles.extend(self.sensed.iter().map(|(_, index)| Obstacle::wall(*index, map.wall(*index as usize))));
+    }
 }
 
 /// The method that a spec names.
@@ -463,6 +479,14 @@ fn shared(intent: Intent) -> SharedIntent {
         slow: intent.slow,
         lag: intent.lag,
     }
+}
+
+/// The fixed obstacles that a robot knows; with the walls of the map among them if they are few enough for methods that look at all.
+fn map_of(spec: &AgentSpec) -> Vec<Obstacle> {
+    let walls = spec.walls.as_ref().filter(|_| spec.robot.knows_map).map(MapRef::map);
+    let few = walls.filter(|walls| walls.len() + spec.map.len() <= MAX_SHAPES);
+    let walls = few.into_iter().flat_map(|walls| (0..).zip(walls.walls()));
+    spec.map.iter().map(on_map).chain(walls.map(|(index, wall)| Obstacle::wall(index, wall))).collect()
 }
 
 fn on_map(piece: &MapPiece) -> Obstacle {

@@ -139,7 +139,8 @@ fn run_as(args: &Args, is_own: bool, build: &mut Build<'_>, adjust: &mut Adjust<
     let path = address.file(&spec_file(args.instance));
     #[expect(clippy::disallowed_methods, reason = "the shell reads its spec once, before the loop")]
     let bytes = std::fs::read(&path).map_err(|error| ShellError::SpecFile(path, error))?;
-    let spec: AgentSpec = codec::decode(&bytes)?;
+    let mut spec: AgentSpec = codec::decode(&bytes)?;
+    bus::attach_map(&address, spec.walls.as_mut())?;
 
     let planner = build(&spec)?;
     let watch = Arc::new(Stopwatch::default());

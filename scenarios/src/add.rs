@@ -2,6 +2,7 @@
 
 use crate::check::{self, Source};
 use crate::document::{self, Raw, RawTable, RawValue};
+use crate::files::NoFiles;
 use crate::ground::{Ground, Surfaces};
 use crate::layout::{self, Surroundings};
 use crate::problems::{Origin, Problems, Report};
@@ -119,7 +120,7 @@ pub fn add_robot(scenario: &Scenario, request: &NewRobot) -> Result<Robot, Probl
     robots::check_goal_yaw(&robot, robot.goal_yaw_rad, "goal", here, &mut report);
     let at = |key: &str| (key.to_string(), here);
     let source = Source { id: at("id"), start: at("start"), goal: at("goal"), waypoints: at("goal"), late: true };
-    let surfaces = Surfaces::new(&scenario.obstacles);
+    let surfaces = Surfaces::new(&scenario.obstacles, scenario.walls());
     Ground { world: scenario.bounds, surfaces: &surfaces }.check(&robot, &source, &mut report);
     if scenario.physics == Physics::Rapier {
         check::solid(std::slice::from_ref(&robot), std::slice::from_ref(&source), ("", here), &mut report);
@@ -165,9 +166,10 @@ pub fn places(scenario: &Scenario, layout: &NewLayout, bodies: &[Capsule]) -> Re
         world: scenario.bounds,
         seed: layout.seed.unwrap_or(scenario.clock.seed),
         radius_m: scenario.template.radius_m,
-        obstacles: &Surfaces::new(&scenario.obstacles),
+        obstacles: &Surfaces::new(&scenario.obstacles, scenario.walls()),
         starts: bodies,
         goals: &[],
+        files: &NoFiles,
     };
     let places = root.node(Root::layout).and_then(|node| layout::places(node, &around, &mut report));
     report.finish().map(|_| places.unwrap_or_default())
@@ -179,7 +181,7 @@ pub fn goal_problem(scenario: &Scenario, robot: &Robot, goal: Point2<f64>, yaw_r
     if !goal.coords.iter().all(|x| x.is_finite()) {
         return Some(format!("[{}, {}] is not a finite position", goal.x, goal.y));
     }
-    let surfaces = Surfaces::new(&scenario.obstacles);
+    let surfaces = Surfaces::new(&scenario.obstacles, scenario.walls());
     let ground = Ground { world: scenario.bounds, surfaces: &surfaces };
     ground.goal(robot, goal, "the goal", "", Origin::Whole, &mut report);
     robots::check_goal_yaw(robot, yaw_rad, "", Origin::Whole, &mut report);

@@ -1,6 +1,6 @@
 //! Arms: their keys, how they stand at the start, and which places their tips can be at.
 
-use crate::ground::{Ground, Surfaces};
+use crate::ground::{Ground, Solid, Surfaces};
 use crate::layers::Layered;
 use crate::node::{Given, Node};
 use crate::obstacles::{contains, show};
@@ -158,7 +158,7 @@ pub(crate) fn check_start(
     }
     let links = arm.geometry.bodies(arm.start_joints_rad);
     if let Some((obstacle, overlap_m)) = ground.surfaces.overlap_of(&links, !late) {
-        let message = format!("a link of `{id}` overlaps obstacle[{obstacle}] by {overlap_m:.3} m at the start");
+        let message = format!("a link of `{id}` overlaps {obstacle} by {overlap_m:.3} m at the start");
         report.add_hint(origin, key, message, "another elbow, start or base_m, or thinner links");
     }
 }
@@ -185,11 +185,10 @@ pub(crate) fn check_goal(
     if poses.peek().is_none() {
         return unreachable(geometry, p, &what, "", key, origin, report);
     }
-    let overlaps: Option<Vec<(usize, f64)>> =
+    let overlaps: Option<Vec<(Solid, f64)>> =
         poses.map(|joints_rad| ground.surfaces.overlap_of(&geometry.bodies(joints_rad), false)).collect();
     if let Some((obstacle, overlap_m)) = overlaps.and_then(|overlaps| overlaps.first().copied()) {
-        let message =
-            format!("{what}: a link overlaps obstacle[{obstacle}] by {overlap_m:.3} m however the elbow bends");
+        let message = format!("{what}: a link overlaps {obstacle} by {overlap_m:.3} m however the elbow bends");
         report.add_hint(origin, key, message, "choose a goal that the arm can hold without a contact");
     }
 }

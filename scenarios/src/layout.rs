@@ -1,7 +1,9 @@
 //! Robots in a pattern: where each starts and where it goes. Every random number comes from the seed of the scenario
 //! and the number of the robot, so adding robots moves no other, except where they have to make way (`random`).
 
+use crate::files::Files;
 use crate::ground::Surfaces;
+use crate::map;
 use crate::node::Node;
 use crate::problems::Report;
 use crate::table::{Layout, LayoutKind};
@@ -27,6 +29,8 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) starts: &'a [Capsule],
     /// Other robots that drive about, at their last goals.
     pub(crate) goals: &'a [Capsule],
+    /// The files that a layout may name.
+    pub(crate) files: &'a dyn Files,
 }
 
 /// Start and goal of every robot of a layout; nothing if the layout cannot be placed, which has been reported then.
@@ -55,6 +59,7 @@ pub(crate) fn places(node: &Node, around: &Surroundings<'_>, report: &mut Report
             }
         }
         LayoutKind::List => listed(node, count, report)?,
+        LayoutKind::Scen => return of_scen(node, count, around, report),
         LayoutKind::Grid => {
             let spacing = node.get(Layout::spacing_m);
             let columns = node.get(Layout::columns).unwrap_or((count as f64).sqrt().ceil() as usize);
@@ -106,6 +111,24 @@ fn listed(node: &Node, count: usize, report: &mut Report) -> Option<Vec<[Point2<
         return None;
     }
     Some(starts.into_iter().zip(goals).take(count).map(|(start, goal)| [start, goal]).collect())
+}
+
+/// Starts and goals of the first problems of a file of the Moving AI lab.
+fn of_scen(node: &Node, count: usize, around: &Surroundings<'_>, report: &mut Report) -> Option<Vec<[Point2<f64>; 2]>> {
+    let path = node.get(Layout::scen)?; // missing or wrong, and reported
+    let (at, key) = (node.at(Layout::scen), node.key(Layout::scen));
+    let Some(raster) = around.obstacles.raster() else {
+        let hint = "give the scenario [world] map = \"NAME.map\", whose problems are in the .scen";
+        report.add_hint(at, &key, "its places are cells, and there is no map of cells", hint);
+        return None;
+    };
+    match map::scen(&path, count, &raster, &map::Source::of(around.files, at)) {
+        Ok(places) => Some(places),
+        Err((message, hint)) => {
+            report.add_hint(at, &key, message, hint);
+            None
+        }
+    }
 }
 
 /// Starts and goals anywhere, with room round each: drawn again until they fit.

@@ -5,7 +5,7 @@
 //! checks what depends on more than one value. Each step goes on after a problem, so that all are reported at once. A
 //! [`Draft`] is a document that is put together in code: it takes the second and the third step.
 //!
-//! Nothing here reads files or clocks.
+//! Nothing here reads files or clocks: the caller reads those that a scenario names ([`Files`]).
 
 mod add;
 mod arm;
@@ -13,9 +13,11 @@ mod catalog;
 mod check;
 mod document;
 mod draft;
+mod files;
 mod ground;
 mod layers;
 mod layout;
+mod map;
 mod methods;
 mod node;
 mod obstacles;
@@ -36,6 +38,7 @@ mod wheels;
 pub use add::{NewLayout, NewRobot, add_robot, goal_problem, places};
 pub use catalog::{CatalogEntry, UnknownScenario, catalog, find_catalog};
 pub use draft::{Draft, DraftValue};
+pub use files::{Files, NamedIn, NoFiles};
 pub use paper::{Expectation, Paper, Results};
 pub use problems::Problems;
 pub use reference::reference;
@@ -69,7 +72,7 @@ pub struct Overrides {
     pub set: Vec<String>,
 }
 
-/// Reads a scenario. `file_name` is only for messages, and for the name of a scenario that has none.
+/// Reads a scenario that names no files. `file_name` is only for messages, and for the name of a scenario that has none.
 ///
 /// # Errors
 /// With all problems of the text.
@@ -77,17 +80,39 @@ pub fn parse(file_name: &str, text: &str, overrides: &Overrides) -> Result<Scena
     parse_with_paper(file_name, text, overrides).map(|(scenario, _)| scenario)
 }
 
+/// Reads a scenario and the files that it names, such as its map.
+///
+/// # Errors
+/// With all problems of the text and of the files.
+pub fn parse_with_files(
+    file_name: &str,
+    text: &str,
+    overrides: &Overrides,
+    files: &dyn Files,
+) -> Result<Scenario, Problems> {
+    parse_all(file_name, text, overrides, files).map(|(scenario, _)| scenario)
+}
+
 /// Reads a scenario, and what its table `[paper]` says.
 ///
 /// # Errors
 /// With all problems of the text.
 pub fn parse_with_paper(file_name: &str, text: &str, overrides: &Overrides) -> Result<(Scenario, Paper), Problems> {
+    parse_all(file_name, text, overrides, &NoFiles)
+}
+
+fn parse_all(
+    file_name: &str,
+    text: &str,
+    overrides: &Overrides,
+    files: &dyn Files,
+) -> Result<(Scenario, Paper), Problems> {
     let mut report = Report::new(format!("scenario `{file_name}`"), options(overrides));
     let Some(document) = document::read(text, &mut report) else {
         report.finish()?;
         unreachable!("a text that cannot be read has a problem");
     };
-    read(stem(file_name), document, overrides, report)
+    read(stem(file_name), document, overrides, files, report)
 }
 
 impl Draft {
@@ -97,7 +122,7 @@ impl Draft {
     /// With all problems, as a file has them; a draft has no lines, so they name the keys alone.
     pub fn scenario(self, name: &str) -> Result<Scenario, Problems> {
         let report = Report::new(format!("scenario `{name}`"), Vec::new());
-        read(name, self.document(), &Overrides::default(), report).map(|(scenario, _)| scenario)
+        read(name, self.document(), &Overrides::default(), &NoFiles, report).map(|(scenario, _)| scenario)
     }
 }
 
@@ -106,11 +131,12 @@ fn read(
     name: &str,
     mut document: RawTable,
     overrides: &Overrides,
+    files: &dyn Files,
     mut report: Report,
 ) -> Result<(Scenario, Paper), Problems> {
     let planner = apply(&mut document, overrides, &mut report);
     let root = walk::walk(document, &mut report);
-    let (mut scenario, paper) = resolve::resolve(&root, name, (planner, overrides.filter), &mut report);
+    let (mut scenario, paper) = resolve::resolve(&root, name, (planner, overrides.filter), files, &mut report);
     if let Some(method) = planner.and_then(planners::find) {
         check_planner(method, &scenario, Origin::Option(overrides.set.len() + 1), &mut report);
     }

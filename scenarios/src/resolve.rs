@@ -2,8 +2,10 @@
 
 use crate::arm;
 use crate::check::{self, Source};
+use crate::files::Files;
 use crate::ground::{Ground, Surfaces};
 use crate::layout::{self, Surroundings};
+use crate::map;
 use crate::node::Node;
 use crate::obstacles;
 use crate::paper::{self, Paper};
@@ -14,9 +16,9 @@ use crate::table::{self, KindKey, Layout, PlacedArm, Root};
 use crate::timeline::{self, Stage};
 use crate::types::{Arrivals, Interval};
 use crate::{walk, warnings};
-use geometry::Capsule;
+use geometry::{Capsule, Map};
 use model::field::Table;
-use model::key::{Key, KeyName, Named, OptionalKey};
+use model::key::{KeyName, Named, OptionalKey};
 use model::kind::{FAR_M, Kind};
 use model::*;
 use nalgebra::Point2;
@@ -32,25 +34,32 @@ pub(crate) fn resolve(
     root: &Node,
     name: &str,
     replaces: (Option<&str>, Option<FilterKind>),
+    files: &dyn Files,
     report: &mut Report,
 ) -> (Scenario, Paper) {
     let world = section(root, Root::world);
-    let bounds = bounds(&world);
+    let map = map::read(&world, files, report);
+    let walls = map.as_ref().map(MapRef::map);
+    let bounds = bounds(&world, walls);
     let clock_node = section(root, Root::clock);
     let clock = clock(&clock_node, report);
     let radio = timeline::radio(&section(root, Root::radio));
     let obstacles = obstacles::read(root, bounds, report);
-    let surfaces = Surfaces::new(&obstacles);
+    let surfaces = Surfaces::new(&obstacles, walls);
     let physics = world.get(table::World::physics);
     let layers = Layers::read(root, replaces, physics, clock.tick_hz, report);
     let template = layers.robot(None, Place::at(String::new(), Point2::origin(), Vec::new()), report);
 
     let ground = Ground { world: bounds, surfaces: &surfaces };
-    let crew = Crew::muster(root, &layers, &template, &ground, clock.seed, report);
+    let crew = Crew::muster(root, &layers, &template, &ground, (clock.seed, files), report);
     for (robot, source) in crew.robots.iter().zip(&crew.sources) {
         ground.check(robot, source, report);
     }
     check::starts_apart(&crew.robots, &crew.sources, report);
+    if physics == Physics::Rapier && map.is_some() {
+        let (at, key) = (world.at(table::World::physics), world.key(table::World::physics));
+        report.add_hint(at, &key, "`rapier` has no maps yet", "leave the map out, or let physics be \"kinematic\"");
+    }
     if physics == Physics::Rapier {
         check::solid(
             &crew.robots,
@@ -84,6 +93,7 @@ pub(crate) fn resolve(
         clock,
         radio,
         obstacles,
+        map,
         expect: expect(&section(root, Root::expect), &crew, report),
         robots: crew.robots,
         templates_of_others: layers.templates_but(template.kind),
@@ -103,10 +113,22 @@ fn section(root: &Node, key: OptionalKey<Table>) -> Node {
     }
 }
 
-fn bounds(node: &Node) -> Bounds {
+fn bounds(node: &Node, walls: Option<&Map>) -> Bounds {
+    const FAR: [f64; 2] = [-FAR_M, FAR_M];
+    let absent = match walls {
+        Some(walls) => {
+            let [low, high] = walls.bounds_m();
+            [[low.x, high.x], [low.y, high.y]]
+        }
+        // A map that could not be read has edges that nobody knows.
+        None if node.has(table::World::map) => [FAR; 2],
+        None => [[-10.0, 10.0]; 2],
+    };
     // An edge that could not be read is no edge: the robots are not to blame.
-    let side = |key: Key<Interval>| if node.is_wrong(key) { [-FAR_M, FAR_M] } else { node.get(key).0 };
-    Bounds { x_m: side(table::World::x_m), y_m: side(table::World::y_m) }
+    let side = |key: OptionalKey<Interval>, absent: [f64; 2]| {
+        if node.is_wrong(key) { FAR } else { node.get(key).map_or(absent, |Interval(edges)| edges) }
+    };
+    Bounds { x_m: side(table::World::x_m, absent[0]), y_m: side(table::World::y_m, absent[1]) }
 }
 
 fn clock(node: &Node, report: &mut Report) -> Clock {
@@ -198,7 +220,7 @@ impl Crew {
         layers: &Layers<'_>,
         template: &Robot,
         ground: &Ground<'_>,
-        seed: u64,
+        (seed, files): (u64, &dyn Files),
         report: &mut Report,
     ) -> Crew {
         let late = timeline::late(root);
@@ -233,6 +255,7 @@ impl Crew {
                     .filter(|(robot, _)| robot.kind != BodyKind::TwoLinkArm)
                     .filter_map(|(robot, _)| Some(Capsule::disc(*robot.goals.last()?, robot.radius_m)))
                     .collect::<Vec<_>>(),
+                files,
             };
             match layout::places(node, &around, report).filter(|_| template.kind != BodyKind::TwoLinkArm) {
                 Some(places) => {

@@ -68,7 +68,7 @@ keys! {
 
 static WORLD: Section = Section {
     title: "[world]",
-    help: "The edges of the world and what moves its bodies. The edges are not walls, but starts and goals must lie \
+    help: "The edges of the world, its map, and what moves its bodies. The edges are not walls, but starts and goals must lie \
            inside. No coordinate may be larger than 1e7 m.",
     tag: None,
     groups: &[World::KEYS],
@@ -78,12 +78,27 @@ keys! {
     /// Keys of `[world]`.
     pub(crate) keys World {
         /// Smallest and largest x.
-        x_m: Interval = Interval([-10.0, 10.0]), "m";
+        x_m: Interval => "[-10, 10], or those of the map", "m";
         /// Smallest and largest y.
-        y_m: Interval = Interval([-10.0, 10.0]), "m";
+        y_m: Interval => "[-10, 10], or those of the map", "m";
+        /// File with the walls of the world: .yaml of ROS map_server (with a PGM or PNG), .map of MovingAI, or .geojson with
+        /// polygons in metres. The path is relative to the scenario's file.
+        map: String => optional, "", 1..=4096;
+        /// What cells of a map_server map are that are neither free nor occupied.
+        map_unknown: UnknownCells = UnknownCells::Obstacle, "";
+        /// Side of a cell of a MovingAI map.
+        map_cell_m: f64 => "1", "m", 0.001..=1000.0;
         /// kinematic: bodies move as they are asked to, and contacts are counted; rapier: bodies have mass and push each
         /// other, walls stop them, wheels and feet hold no more than their grip.
         physics: Physics = Physics::Kinematic, "";
+    }
+}
+
+choice! {
+    /// What cells are of which nobody knows what is there.
+    pub(crate) enum UnknownCells {
+        Obstacle = "obstacle",
+        Free = "free",
     }
 }
 

@@ -10,7 +10,7 @@ type Figure = fn(&Row) -> Option<f64>;
 type Comparison = fn(f64, f64) -> bool;
 
 /// The metrics of assertions: name and figure.
-const METRICS: [(&str, Figure); 16] = [
+const METRICS: [(&str, Figure); 17] = [
     // Share of runs in which all robots arrived and nothing touched.
     ("success", |row| Some(row.success_rate)),
     // Share of robots that arrived.
@@ -37,6 +37,10 @@ const METRICS: [(&str, Figure); 16] = [
     ("ldj", |row| row.ldj_mean),
     // Mean number of reversals per metre.
     ("reversals_per_m", |row| row.reversals_per_m_mean),
+    // Share of the crossings of all runs in which the wrong one went first.
+    ("right_of_way_violations", |row| {
+        (row.crossings > 0).then(|| row.right_of_way_violations as f64 / row.crossings as f64)
+    }),
     // Robots of all runs together.
     ("deadlocked", |row| Some(row.deadlocked as f64)),
     // Robots of all runs together.

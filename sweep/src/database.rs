@@ -14,7 +14,7 @@ const DRAFT: &str = ".sweep.db.tmp";
 /// `shos`: says whose file it is.
 const APPLICATION_ID: i32 = 0x7368_6f73;
 /// Goes up when the tables change.
-const SCHEMA_VERSION: i32 = 2;
+const SCHEMA_VERSION: i32 = 3;
 
 const SCHEMA: &str = "
 CREATE TABLE run (
@@ -40,6 +40,8 @@ CREATE TABLE run (
     min_obstacle_clearance_m REAL,
     ldj_mean REAL,
     reversals_per_m REAL,
+    crossings INTEGER NOT NULL,
+    right_of_way_violations INTEGER NOT NULL,
     deadlocked INTEGER NOT NULL,
     livelocked INTEGER NOT NULL,
     oscillating INTEGER NOT NULL,
@@ -100,7 +102,7 @@ fn fill(path: &Path, plan: &Plan, records: &[Record]) -> rusqlite::Result<()> {
     transaction.pragma_update(None, "user_version", SCHEMA_VERSION)?;
     {
         let marks = |n: usize| vec!["?"; n].join(", ");
-        let mut run = transaction.prepare(&format!("INSERT INTO run VALUES ({})", marks(28)))?;
+        let mut run = transaction.prepare(&format!("INSERT INTO run VALUES ({})", marks(30)))?;
         let mut robot = transaction.prepare(&format!("INSERT INTO robot VALUES ({})", marks(16)))?;
         for record in records {
             let varied = serde_json::to_string(&record.varied).expect("texts");
@@ -127,6 +129,8 @@ fn fill(path: &Path, plan: &Plan, records: &[Record]) -> rusqlite::Result<()> {
                 record.min_obstacle_clearance_m,
                 record.ldj_mean,
                 record.reversals_per_m,
+                record.crossings as i64,
+                record.right_of_way_violations as i64,
                 record.deadlocked as i64,
                 record.livelocked as i64,
                 record.oscillating as i64,

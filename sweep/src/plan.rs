@@ -2,9 +2,10 @@
 
 use crate::error::Error;
 use model::{Mode, Scenario};
-use scenarios::{Overrides, Problems};
+use scenarios::{Files, NoFiles, Overrides, Problems};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// The name and version of the plan in `sweep.json`.
 pub const SCHEMA: &str = "shoal.sweep-plan/1";
@@ -23,13 +24,25 @@ pub struct ScenarioSource {
     pub text: String,
     /// Fingerprint of the text, 16 hexadecimal digits.
     pub text_hash: String,
+    /// Where the files are that it names.
+    #[serde(skip, default = "no_files")]
+    pub files: Arc<dyn Files + Send + Sync>,
+}
+
+fn no_files() -> Arc<dyn Files + Send + Sync> {
+    Arc::new(NoFiles)
 }
 
 impl ScenarioSource {
     /// A scenario of this name and text.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
         let text = text.into();
-        ScenarioSource { name: name.into(), text_hash: fingerprint(text.as_bytes()), text }
+        ScenarioSource { name: name.into(), text_hash: fingerprint(text.as_bytes()), text, files: no_files() }
+    }
+
+    /// The same with the files that it names.
+    pub fn with_files(self, files: impl Files + Send + Sync + 'static) -> ScenarioSource {
+        ScenarioSource { files: Arc::new(files), ..self }
     }
 }
 
@@ -281,7 +294,8 @@ impl Run<'_> {
     /// # Errors
     /// With all of its problems.
     pub fn scenario(&self) -> Result<Scenario, Problems> {
-        scenarios::parse(&self.scenario.name, &self.scenario.text, &self.overrides())
+        let ScenarioSource { name, text, files, .. } = self.scenario;
+        scenarios::parse_with_files(name, text, &self.overrides(), &**files)
     }
 
     /// The varied keys and their values as a map.

@@ -58,6 +58,10 @@ pub struct Record {
     pub ldj_mean: Option<f64>,
     /// Reversals of the direction of driving per metre of path, all robots together.
     pub reversals_per_m: Option<f64>,
+    /// How often the ways of two robots crossed and one of them went first.
+    pub crossings: u64,
+    /// How often that was the one that had the other on its right hand.
+    pub right_of_way_violations: u64,
     /// Robots that stood still short of their goals.
     pub deadlocked: usize,
     /// Robots that drove without coming nearer.
@@ -147,6 +151,8 @@ impl Record {
             min_obstacle_clearance_m: outcome.min_obstacle_clearance_m,
             ldj_mean: outcome.ldj_mean,
             reversals_per_m: outcome.reversals_per_m,
+            crossings: outcome.crossings,
+            right_of_way_violations: outcome.right_of_way_violations,
             deadlocked: outcome.deadlocked,
             livelocked: outcome.livelocked,
             oscillating: outcome.oscillating,

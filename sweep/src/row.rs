@@ -58,6 +58,10 @@ pub struct Row {
     pub ldj_mean: Option<f64>,
     /// Mean of the runs' reversals per metre.
     pub reversals_per_m_mean: Option<f64>,
+    /// Crossings in all runs.
+    pub crossings: u64,
+    /// Those in which the wrong one went first.
+    pub right_of_way_violations: u64,
     /// Robots that stood still short of their goals, in all runs.
     pub deadlocked: usize,
     /// Robots that drove without coming nearer, in all runs.
@@ -123,6 +127,8 @@ impl Row {
             min_obstacle_clearance_m: least(|run| run.min_obstacle_clearance_m),
             ldj_mean: mean(&known(|run| run.ldj_mean)),
             reversals_per_m_mean: mean(&known(|run| run.reversals_per_m)),
+            crossings: runs.iter().map(|run| run.crossings).sum(),
+            right_of_way_violations: runs.iter().map(|run| run.right_of_way_violations).sum(),
             deadlocked: count(|run| run.deadlocked),
             livelocked: count(|run| run.livelocked),
             oscillating: count(|run| run.oscillating),

@@ -39,6 +39,11 @@ texts! {
     of_ps: "ps --help",
     of_logs: "logs --help",
     of_top: "top --help",
+    of_view: "view --help",
+    of_replay: "replay --help",
+    of_new: "new --help",
+    of_completions: "completions --help",
+    of_man: "man --help",
     of_latency: "latency --help",
     of_stress: "stress --help",
     of_sweep: "sweep --help",
@@ -69,7 +74,7 @@ fn no_verb_is_forgotten() {
     let command = shoal::args::Cli::command();
     let verbs: Vec<&str> =
         command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name).collect();
-    let known = "run up down plot replay export reproduce sweep stress bench validate schema planners doctor clean ps top logs latency view metrics pause resume step add remove restart task inject";
+    let known = "run up down plot replay export reproduce sweep stress bench validate schema planners new doctor clean ps top logs latency view metrics pause resume step add remove restart task inject completions man";
     assert_eq!(verbs.join(" "), known);
 }
 

@@ -7,6 +7,7 @@ mod errors;
 mod files;
 mod help;
 mod output;
+mod setup;
 mod support;
 mod sweep;
 mod verbs;

@@ -57,6 +57,29 @@ fn contacts_are_in_the_picture() {
     assert!(picture.contains("no contact") && !picture.contains("\ncontact\n"), "{picture}");
 }
 
+/// A record is cut anywhere: where no frame is left of it, nothing was compared, and nothing is called equal.
+#[test]
+fn a_record_without_frames_is_not_equal_to_anything() {
+    let here = Here::new();
+    here.shoal("run head-on --mode single --record run.mcap");
+    let whole = std::fs::read(here.path().join("run.mcap")).expect("the record");
+    let mut seen = [0, 0];
+    for part in 1..=8 {
+        here.file("cut.mcap", &whole[..whole.len() * part / 8]);
+        let ended = here.shoal("replay cut.mcap --verify --format json");
+        let Ok(document) = serde_json::from_str::<serde_json::Value>(&ended.stdout) else {
+            assert_eq!(ended.code, Some(2), "{ended}");
+            continue;
+        };
+        let has_frames = document["verdict"]["frames"].as_u64() > Some(0);
+        assert_eq!((ended.code, &document["equal"]), (Some(i32::from(!has_frames)), &has_frames.into()), "{ended}");
+        seen[usize::from(has_frames)] += 1;
+        let text = here.shoal("replay cut.mcap --verify").stdout;
+        assert_eq!(text.contains("nothing to compare"), !has_frames, "{text}");
+    }
+    assert!(seen[0] > 0 && seen[1] > 0, "{seen:?}");
+}
+
 /// (what there is to draw, what the message must name)
 #[test]
 fn what_cannot_be_drawn_is_refused() {

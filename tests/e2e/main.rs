@@ -34,3 +34,4 @@ mod tasks;
 mod timeline;
 mod top;
 mod web;
+mod words;

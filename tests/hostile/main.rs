@@ -5,6 +5,7 @@
 
 #[path = "../counting.rs"]
 mod counting;
+mod maps;
 mod messages;
 mod random;
 mod records;

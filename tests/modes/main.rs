@@ -4,6 +4,7 @@
 mod hashes;
 mod live;
 mod load;
+mod maps;
 mod records;
 mod replays;
 mod report;

@@ -24,7 +24,11 @@ fn check(line: &str) {
     assert_eq!((&document["equal"], &verdict["is_whole"]), (&Value::Bool(true), &Value::Bool(true)), "{document:#}");
     assert_eq!(verdict["unverified"], Value::Array(Vec::new()), "{line}: {document:#}");
     let count = |key: &str| verdict[key].as_u64().unwrap_or(0);
-    assert!(count("commands") > 0 && count("steps") >= count("commands") && count("frames") == count("ticks") + 1);
+    assert!(count("commands") > 0 && count("steps") >= count("commands"), "{line}: {document:#}");
+    // On a machine that is very busy a `realtime` world leaves out frames rather than wait for the disk.
+    let left_out = record::Record::open(&path).expect("a record").left_out();
+    assert_eq!(count("frames") + left_out, count("ticks") + 1, "{line}: {document:#}");
+    assert!(left_out == 0 || line.contains("realtime"), "{line}: {left_out} frames left out");
 }
 
 #[test]

@@ -60,6 +60,8 @@ const OUTCOME: &[(&str, When)] = &[
     ("deadlocked", Always),
     ("ldj_mean", Always),
     ("reversals_per_m", Always),
+    ("crossings", Always),
+    ("right_of_way_violations", Always),
     ("filter_interventions", Always),
     ("filter_change_mean", Sometimes),
 ];

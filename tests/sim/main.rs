@@ -3,10 +3,12 @@
 mod amr_apf;
 mod bodies;
 mod catalog;
+mod crossings;
 mod crowds;
 mod determinism;
 mod invariants;
 mod lanes;
+mod maps;
 mod radio;
 mod random;
 mod replay;

@@ -169,7 +169,7 @@ fn footer(app: &App) -> Line<'static> {
     }
     let filter = if app.filter.is_empty() { String::new() } else { format!("only `{}`  ", app.filter) };
     Line::styled(
-        format!("{filter}? help  q quit  g goal  x kill  p stop  m mute  space pause  n step  s sort  / filter"),
+        format!("{filter}? help  q quit  g goal  x kill  p stop  m mute  space pause  s sort  / filter"),
         Style::new().fg(Color::DarkGray),
     )
 }
@@ -180,54 +180,57 @@ fn footer(app: &App) -> Line<'static> {
 struct Column {
     head: &'static str,
     sort: Option<Sort>,
-    width: u16,
+    /// Below zero: words, which begin at the left; else numbers, which end at the right.
+    width: i16,
     rank: u8,
     cell: fn(&Row) -> String,
 }
 
 const COLUMNS: [Column; 8] = [
-    Column { head: "robot", sort: Some(Sort::Robot), width: 10, rank: 0, cell: |row| row.id.clone() },
-    Column { head: "state", sort: Some(Sort::State), width: 9, rank: 1, cell: |row| row.state().to_owned() },
-    Column { head: "goal m", sort: None, width: 13, rank: 5, cell: Row::goal },
-    Column { head: "lives", sort: None, width: 5, rank: 6, cell: |row| right(row.incarnation.to_string(), 5) },
+    Column { head: "robot", sort: Some(Sort::Robot), width: -10, rank: 0, cell: |row| row.id.clone() },
+    Column { head: "state", sort: Some(Sort::State), width: -9, rank: 1, cell: |row| row.state().to_owned() },
+    Column { head: "goal m", sort: None, width: -13, rank: 5, cell: Row::goal },
+    Column { head: "lives", sort: None, width: 5, rank: 6, cell: |row| row.incarnation.to_string() },
     Column {
-        head: " age p99",
+        head: "age p99",
         sort: Some(Sort::Age),
-        width: 8,
+        width: 9,
         rank: 2,
-        cell: |row| right(row.age_us.map_or_else(|| "-".to_owned(), time), 8),
+        cell: |row| row.age_us.map_or_else(|| "-".to_owned(), time),
     },
-    Column {
-        head: "missed",
-        sort: Some(Sort::Misses),
-        width: 6,
-        rank: 3,
-        cell: |row| right(row.missed.to_string(), 6),
-    },
-    Column { head: "  cpu", sort: Some(Sort::Cpu), width: 5, rank: 4, cell: |row| right(share(row.cpu), 5) },
+    Column { head: "missed", sort: Some(Sort::Misses), width: 8, rank: 3, cell: |row| row.missed.to_string() },
+    Column { head: "cpu", sort: Some(Sort::Cpu), width: 5, rank: 4, cell: |row| share(row.cpu) },
     Column {
         head: "memory",
         sort: Some(Sort::Memory),
-        width: 7,
+        width: 8,
         rank: 7,
-        cell: |row| right(row.resident_bytes.map_or_else(|| "-".to_owned(), memory), 7),
+        cell: |row| row.resident_bytes.map_or_else(|| "-".to_owned(), memory),
     },
 ];
+
+impl Column {
+    /// A text in this column.
+    fn aligned(&self, text: &str) -> String {
+        let width = usize::from(self.width.unsigned_abs());
+        if self.width < 0 { text.to_owned() } else { format!("{text:>width$}") }
+    }
+}
 
 fn draw_table(app: &App, frame: &mut Frame<'_>, area: Rect) {
     let rows = app.rows();
     let columns = fitting(area.width);
-    let arrow = if app.reversed { '^' } else { 'v' };
+    let arrow = if app.reversed { '↑' } else { '↓' };
     let head = columns.iter().map(|column| {
         let sorted = column.sort == Some(app.sort);
-        let head = if sorted { format!("{}{arrow}", column.head) } else { column.head.to_owned() };
-        Span::styled(head, Style::new().add_modifier(Modifier::BOLD))
+        let head = if sorted { format!("{} {arrow}", column.head) } else { column.head.to_owned() };
+        Span::styled(column.aligned(&head), Style::new().add_modifier(Modifier::BOLD))
     });
     let cells = |row: &Row| {
         let style = Style::new().fg(map::color(row));
-        TableRow::new(columns.iter().map(|column| (column.cell)(row)).collect::<Vec<_>>()).style(style)
+        TableRow::new(columns.iter().map(|column| column.aligned(&(column.cell)(row))).collect::<Vec<_>>()).style(style)
     };
-    let widths = columns.iter().map(|column| Constraint::Length(column.width));
+    let widths = columns.iter().map(|column| Constraint::Length(column.width.unsigned_abs()));
     let table = Table::new(rows.iter().map(cells), widths)
         .header(TableRow::new(head.collect::<Vec<_>>()))
         .row_highlight_style(Style::new().add_modifier(Modifier::REVERSED));
@@ -238,16 +241,14 @@ fn draw_table(app: &App, frame: &mut Frame<'_>, area: Rect) {
 /// The columns that there is room for.
 fn fitting(width: u16) -> Vec<&'static Column> {
     let mut fitting: Vec<&Column> = COLUMNS.iter().collect();
-    let needed = |columns: &[&Column]| columns.iter().map(|column| column.width + 1).sum::<u16>().saturating_sub(1);
+    let needed = |columns: &[&Column]| {
+        columns.iter().map(|column| column.width.unsigned_abs() + 1).sum::<u16>().saturating_sub(1)
+    };
     while fitting.len() > 1 && needed(&fitting) > width {
         let last = fitting.iter().enumerate().max_by_key(|(_, column)| column.rank).map_or(0, |(index, _)| index);
         fitting.remove(last);
     }
     fitting
-}
-
-fn right(text: String, width: usize) -> String {
-    format!("{text:>width$}")
 }
 
 /// A time that is given in us, with three digits.

@@ -28,6 +28,10 @@ pub(crate) fn draw(app: &App, frame: &mut Frame<'_>, area: Rect) {
     let rows: BTreeMap<u32, Row> = app.rows().into_iter().map(|row| (row.index, row)).collect();
     let selected = app.selected();
     let paint = |context: &mut Context<'_>| {
+        for pair in app.fleet.walls_m.iter().flat_map(|chain| chain.windows(2)) {
+            let ([x1, y1], [x2, y2]) = (pair[0], pair[1]);
+            context.draw(&Line { x1, y1, x2, y2, color: OBSTACLE });
+        }
         for (index, thing) in app.fleet.things.iter().enumerate() {
             draw_thing(context, thing, carried(app, index), dot_m);
         }

@@ -29,6 +29,7 @@ pub fn draw(scene: &Scene) -> String {
         pad.bold([axes.left(), 28.0], &scene.title, 18.0, INK, Anchor::Left);
         pad.text([axes.left(), 52.0], &scene.subtitle, 13.0, FAINT_INK, Anchor::Left);
         axes.draw(pad, "x (m)", "y (m)");
+        scene.walls.iter().for_each(|chain| wall(pad, &axes, chain));
         scene.obstacles.iter().for_each(|thing| obstacle(pad, &axes, thing));
         let count = scene.robots.len();
         let painted = || scene.robots.iter().enumerate().map(|(i, robot)| (robot, color(i, count)));
@@ -67,6 +68,7 @@ enum Key {
     MovingGoal,
     Contact,
     Stone,
+    Wall,
     Moving,
 }
 
@@ -84,6 +86,9 @@ fn keys(scene: &Scene) -> Vec<(Key, String)> {
     }
     if scene.obstacles.iter().any(|thing| thing.course.is_empty()) {
         keys.push(say(Key::Stone, "obstacle"));
+    }
+    if !scene.walls.is_empty() {
+        keys.push(say(Key::Wall, "wall of the map"));
     }
     if scene.obstacles.iter().any(|thing| !thing.course.is_empty()) {
         keys.push(say(Key::Moving, "moving obstacle"));
@@ -107,6 +112,7 @@ fn mark(pad: &Pad<'_>, at: [f64; 2], key: Key) {
             pad.polygon(&corners, STONE);
             pad.outline(&corners, STONE_EDGE, 1.0);
         }
+        Key::Wall => pad.line(&[[x - 9.0, y], [x + 9.0, y]], STONE_EDGE, 1.4),
         Key::Moving => {
             pad.dashes(&[[x - 11.0, y], [x + 11.0, y]], MOVING, 1.5, [6.0, 4.0]);
             pad.disc(at, 4.0, MOVING);
@@ -126,6 +132,12 @@ fn obstacle(pad: &Pad<'_>, axes: &Axes, thing: &Thing) {
         }
         _ => shape(pad, axes, &thing.shape, [0.0; 2], STONE, STONE_EDGE),
     }
+}
+
+/// Walls of the map, one behind the other.
+fn wall(pad: &Pad<'_>, axes: &Axes, chain: &[[f64; 2]]) {
+    let points: Vec<[f64; 2]> = chain.iter().map(|at| axes.at(*at)).collect();
+    pad.line(&points, STONE_EDGE, 1.2);
 }
 
 /// A shape, moved by an offset.

@@ -24,6 +24,8 @@ pub struct Scene {
     pub(super) x: Span,
     pub(super) y: Span,
     pub(super) obstacles: Vec<Thing>,
+    /// The walls of the map, as lines of corners.
+    pub(super) walls: Vec<Vec<[f64; 2]>>,
     pub(super) robots: Vec<Trace>,
     pub(super) contacts: Vec<[f64; 2]>,
     /// Contacts that are not marked.
@@ -155,6 +157,7 @@ impl Scene {
             x: scenario.bounds.x_m,
             y: scenario.bounds.y_m,
             obstacles,
+            walls: scenario.walls().map(walls_of).unwrap_or_default(),
             robots,
             contacts_more: contact_count.saturating_sub(contacts.len() as u64),
             contacts,
@@ -178,7 +181,8 @@ impl Scene {
             let places = robot.course.iter().chain(&robot.goals).chain(&robot.goal_course);
             places.chain(robot.poses.iter().flatten()).flat_map(move |p| [[p[0] - r, p[1] - r], [p[0] + r, p[1] + r]])
         });
-        let all: Vec<[f64; 2]> = corners.chain(courses).chain(bodies).collect();
+        let walls = self.walls.iter().flatten().copied();
+        let all: Vec<[f64; 2]> = corners.chain(courses).chain(bodies).chain(walls).collect();
         let room = |found: Option<Span>, bounds: Span| {
             let Some([low, high]) = found else { return bounds };
             let pad = 0.04 * (high - low).max(0.1 * extent).max(0.1);
@@ -191,6 +195,10 @@ impl Scene {
         self.x = room(span(all.iter().map(|p| p[0])), self.x);
         self.y = room(span(all.iter().map(|p| p[1])), self.y);
     }
+}
+
+fn walls_of(map: &geometry::Map) -> Vec<Vec<[f64; 2]>> {
+    map.chains().into_iter().map(|chain| chain.into_iter().map(|p| [p.x, p.y]).collect()).collect()
 }
 
 /// An arm at instants that are evenly spread over its motion.

@@ -1,5 +1,6 @@
 //! What stays as it is while a fleet runs, or seldom changes: obstacles, robots and their names.
 
+use geometry::Map;
 use model::{Mode, Obstacle, Robot, Scenario, Shape};
 use serde::Serialize;
 
@@ -22,6 +23,8 @@ pub struct Fleet {
     pub bounds_m: [[f64; 2]; 2],
     /// What stands or moves besides robots.
     pub things: Vec<Thing>,
+    /// The walls of the map as lines of corners, m; none without a map.
+    pub walls_m: Vec<Vec<[f64; 2]>>,
     /// The robots by slot; those that were added come last.
     pub members: Vec<Member>,
 }
@@ -92,9 +95,16 @@ impl Fleet {
             seed: scenario.clock.seed,
             bounds_m: [scenario.bounds.x_m, scenario.bounds.y_m],
             things: scenario.obstacles.iter().map(Thing::of).collect(),
+            walls_m: scenario.walls().map(walls_of).unwrap_or_default(),
             members: scenario.robots.iter().map(Member::of).collect(),
         }
     }
+}
+
+/// The walls of a map, to the millimetre.
+fn walls_of(map: &Map) -> Vec<Vec<[f64; 2]>> {
+    let round = |x: f64| (x * 1000.0).round() / 1000.0;
+    map.chains().into_iter().map(|chain| chain.into_iter().map(|p| [round(p.x), round(p.y)]).collect()).collect()
 }
 
 impl Thing {

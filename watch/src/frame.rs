@@ -32,8 +32,10 @@ pub struct Body {
     pub joints_rad: [f64; 2],
     /// Where a robot heads for, m.
     pub goal_m: Option<[f64; 2]>,
-    /// Where it would go if it were alone, m/s, if its method says so.
-    pub wish_mps: Option<[f64; 2]>,
+    /// The part of its plan that pulls to its goal, in the unit of its method; zero if there is none.
+    pub pull: [f32; 2],
+    /// The part that pushes away from things, likewise.
+    pub push: [f32; 2],
     /// Where its command takes it, m/s, if it says so.
     pub command_mps: Option<[f64; 2]>,
 }

@@ -45,7 +45,8 @@ impl Live {
     /// # Errors
     /// When the fleet is gone, or its files are from another build.
     pub fn open(address: &Address, name: Option<&str>) -> Result<Live, WatchError> {
-        let scenario: Scenario = left(address, world_sim::shell::SCENARIO_FILE)?;
+        let mut scenario: Scenario = left(address, world_sim::shell::SCENARIO_FILE)?;
+        bus::attach_map(address, scenario.map.as_mut())?;
         let gate = Gate::open(address)?;
         Ok(Live {
             fleet: Fleet::of(address.id(), name, &scenario),
@@ -233,11 +234,9 @@ fn standing(gate: &Gate, observer: &WorldObserver, status: &Status, tick_hz: f64
     }
 }
 
-/// What a robot says that it intends.
+/// What a robot says of its plan.
 fn intend(body: &mut Body, pose: &SharedPose, tick_hz: f64) {
-    if pose.has(SharedPose::FLAG_INTENT) {
-        body.wish_mps = Some([pose.intent.wish_x_mps, pose.intent.wish_y_mps]);
-    }
+    (body.pull, body.push) = (pose.pull, pose.push);
     if pose.has(SharedPose::FLAG_NEXT) {
         body.command_mps = Some([(pose.next_x_m - pose.x_m) * tick_hz, (pose.next_y_m - pose.y_m) * tick_hz]);
     }
@@ -259,13 +258,11 @@ mod tests {
     fn a_robot_that_says_nothing_has_no_intentions() {
         let mut body = Body::default();
         intend(&mut body, &SharedPose::default(), 50.0);
-        assert_eq!((body.wish_mps, body.command_mps), (None, None));
+        assert_eq!((body.pull, body.push, body.command_mps), ([0.0; 2], [0.0; 2], None));
         let mut pose = SharedPose { x_m: 1.0, next_x_m: 1.02, flags: SharedPose::FLAG_NEXT, ..SharedPose::default() };
-        pose.intent.wish_y_mps = -1.0;
+        (pose.pull, pose.push) = ([0.0, -1.0], [0.5, 0.0]);
         intend(&mut body, &pose, 50.0);
-        assert!(body.wish_mps.is_none() && (body.command_mps.unwrap()[0] - 1.0).abs() < 1e-9);
-        pose.flags |= SharedPose::FLAG_INTENT;
-        intend(&mut body, &pose, 50.0);
-        assert_eq!(body.wish_mps, Some([0.0, -1.0]));
+        assert!((body.command_mps.unwrap()[0] - 1.0).abs() < 1e-9);
+        assert_eq!((body.pull, body.push), ([0.0, -1.0], [0.5, 0.0]));
     }
 }

@@ -6,7 +6,8 @@
 const $ = (id) => document.getElementById(id);
 const token = new URLSearchParams(location.search).get("token") ?? "";
 const OBSTACLE = 1, ARRIVED = 2, SILENT = 4;
-const TRAIL_MAX = 160, EVENTS_MAX = 300, CHART_MAX = 120, FLASH_MS = 1500, NAMES_MAX = 40;
+const TRAIL_MAX = 160, EVENTS_MAX = 300, CHART_MAX = 120, TERM_PX = 70;
+const FLASH_MS = 1500, NAMES_MAX = 40;
 /** Poses older than this are drawn in the last colour, ms. */
 const OLD_MS = 60;
 
@@ -112,6 +113,7 @@ class Stage {
       high = [Math.max(high[0], x + r), Math.max(high[1], y + r)];
     };
     for (const { fleet, frame } of this.layers) {
+      for (const chain of fleet.walls_m ?? []) for (const [x, y] of chain) add(x, y, 0);
       for (const thing of fleet.things) {
         for (const [x, y] of thing.ends_m ?? thing.corners_m) add(x, y, thing.radius_m ?? 0);
       }
@@ -271,6 +273,7 @@ class Stage {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
     drawGrid(context, this);
+    drawWalls(context, this, this.layers[0]);
     drawThings(context, this, this.layers[0]);
     for (const layer of this.layers) drawLayer(context, this, layer);
     if (this.add) drawAdd(context, this);
@@ -312,6 +315,24 @@ function drawGrid(context, stage) {
     context.stroke();
     context.fillText(`${y.toFixed(digits)}`, 3, py - 3);
   }
+}
+
+/** The walls of the map: one path in metres, made once and drawn as the view has it. */
+function drawWalls(context, stage, layer) {
+  const chains = layer.fleet.walls_m ?? [];
+  if (!chains.length) return;
+  if (layer.walls?.of !== layer.fleet.walls_m) {
+    const path = new Path2D();
+    for (const chain of chains) chain.forEach(([x, y], i) => (i ? path.lineTo(x, y) : path.moveTo(x, y)));
+    layer.walls = { of: layer.fleet.walls_m, path };
+  }
+  const [x, y] = stage.place([0, 0]);
+  context.save();
+  context.transform(stage.view.scale, 0, 0, -stage.view.scale, x, y);
+  context.strokeStyle = tones["stone-edge"];
+  context.lineWidth = 1.5 / stage.view.scale;
+  context.stroke(layer.walls.path);
+  context.restore();
 }
 
 function drawThings(context, stage, layer) {
@@ -383,11 +404,9 @@ function drawLayer(context, stage, layer) {
   }
   const names = robots.length <= NAMES_MAX || scale > 90;
   for (const body of robots) drawRobot(context, stage, layer, body, names);
-  for (const [index, wx, wy, cx, cy] of layer.frame?.intents ?? []) {
+  for (const [index, ...terms] of layer.frame?.intents ?? []) {
     const body = layer.body(index);
-    if (!body || index !== chosen) continue;
-    if (wx !== null) arrow(context, stage, body, [wx, wy], tones.goal, [4, 3], "wish");
-    if (cx !== null) arrow(context, stage, body, [cx, cy], tones.chosen, [], "command");
+    if (body && index === chosen) drawTerms(context, stage, body, terms);
   }
   const now = performance.now();
   layer.flashes = layer.flashes.filter((flash) => now - flash.since < FLASH_MS);
@@ -474,11 +493,19 @@ function drawLinks(context, stage, layer) {
   }
 }
 
-function arrow(context, stage, [, , x, y], [vx, vy], tone, dash, word) {
+// What the chosen robot's plan is made of. Pull and push are in a unit of the method's own, so the longer one is drawn TERM_PX long.
+function drawTerms(context, stage, [, , x, y], [pullX, pullY, pushX, pushY, commandX, commandY]) {
   const from = stage.place([x, y]);
-  const to = stage.place([x + vx, y + vy]);
+  const longest = Math.max(Math.hypot(pullX, pullY), Math.hypot(pushX, pushY));
+  const scale = longest > 0 && Number.isFinite(longest) ? TERM_PX / longest : 0;
+  arrow(context, from, [from[0] + scale * pullX, from[1] - scale * pullY], tones.goal, [6, 3], "pull");
+  arrow(context, from, [from[0] + scale * pushX, from[1] - scale * pushY], tones.contact, [2, 3], "push");
+  if (commandX !== null) arrow(context, from, stage.place([x + commandX, y + commandY]), tones.chosen, [], "command");
+}
+
+function arrow(context, from, to, tone, dash, word) {
   const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
-  if (length < 3) return;
+  if (!(length >= 3)) return;
   const [ux, uy] = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
   context.strokeStyle = context.fillStyle = tone;
   context.lineWidth = 2;
@@ -489,7 +516,7 @@ function arrow(context, stage, [, , x, y], [vx, vy], tone, dash, word) {
   line(context, [to, [to[0] - 8 * ux + 4 * uy, to[1] - 8 * uy - 4 * ux], [to[0] - 8 * ux - 4 * uy, to[1] - 8 * uy + 4 * ux]]);
   context.fill();
   context.font = "11px system-ui, sans-serif";
-  context.fillText(word, to[0] + 6, to[1] + (word === "wish" ? 12 : -4));
+  context.fillText(word, to[0] + 6, to[1] + (word === "pull" ? 12 : -4));
 }
 
 function drawAdd(context, stage) {

@@ -14,8 +14,8 @@ pub(crate) fn event(event: &Event, robot: Option<&str>, detail: &str, tick_hz: f
 }
 
 /// A frame: `{"tick", "time_s", "arrived", "contacts", "bodies": [[index, flags, x, y, yaw, goal x, goal y, joint 1, joint 2]],
-/// "intents": [[index, wish x, wish y, command x, command y]]}`. Lengths in m to the millimetre, angles in rad. A body has as many
-/// numbers as it needs: an obstacle four, a point five, with a goal seven, an arm nine. What is not known of an intent is null.
+/// "intents": [[index, pull x, pull y, push x, push y, command x, command y]]}`. Lengths in m to the millimetre, angles in rad. A body
+/// has as many numbers as it needs: an obstacle four, a point five, with a goal seven, an arm nine. A command that is not known is null.
 pub(crate) fn frame(frame: &Frame) -> String {
     let mut out = String::with_capacity(64 + 48 * frame.bodies.len());
     let Frame { tick, time_s, arrived, contacts, .. } = frame;
@@ -38,16 +38,13 @@ pub(crate) fn frame(frame: &Frame) -> String {
         out.push(']');
     }
     out.push_str("],\"intents\":[");
-    let told = frame.bodies.iter().filter(|body| body.wish_mps.is_some() || body.command_mps.is_some());
+    let told =
+        frame.bodies.iter().filter(|body| body.pull != [0.0; 2] || body.push != [0.0; 2] || body.command_mps.is_some());
     for (i, body) in told.enumerate() {
         let comma = if i > 0 { "," } else { "" };
         let _ = write!(out, "{comma}[{}", body.index);
-        for velocity in [body.wish_mps, body.command_mps] {
-            match velocity {
-                Some(velocity) => velocity.into_iter().for_each(|value| number(&mut out, value)),
-                None => out.push_str(",null,null"),
-            }
-        }
+        let terms = body.pull.into_iter().chain(body.push).map(f64::from);
+        terms.chain(body.command_mps.unwrap_or([f64::NAN; 2])).for_each(|value| number(&mut out, value));
         out.push(']');
     }
     out.push_str("]}");
@@ -79,7 +76,7 @@ mod tests {
     #[test]
     fn a_frame_is_short_and_can_be_read() {
         let point = Body { index: 3, flags: 2, position_m: [1.0, -0.0001], yaw_rad: 0.12345, ..Body::default() };
-        let heads = Body { goal_m: Some([100.0, -2.5]), wish_mps: Some([0.5, 0.0]), ..point };
+        let heads = Body { goal_m: Some([100.0, -2.5]), pull: [0.5, 0.0], ..point };
         let arm = Body { joints_rad: [0.1, f64::NAN], ..point };
         let thing = Body { index: 1, flags: FrameBody::FLAG_OBSTACLE, position_m: [7.0, 8.25], ..Body::default() };
         let bodies = vec![point, heads, arm, thing];
@@ -87,7 +84,7 @@ mod tests {
         let head = r#"{"tick":50,"time_s":1.0000,"arrived":1,"contacts":2,"#;
         let bodies =
             r#""bodies":[[3,2,1,0,0.123],[3,2,1,0,0.123,100,-2.5],[3,2,1,0,0.123,1,0,0.1,null],[1,1,7,8.25]],"#;
-        let intents = r#""intents":[[3,0.5,0,null,null]]}"#;
+        let intents = r#""intents":[[3,0.5,0,0,0,null,null]]}"#;
         assert_eq!(text, [head, bodies, intents].concat());
         assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok());
         let none = frame(&Frame::default());

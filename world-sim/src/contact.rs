@@ -11,12 +11,10 @@ use crate::arm::{self, Arm};
 use crate::body::Body;
 use crate::grid::{Aabb, Grid};
 use crate::links::{self, Parts};
+use crate::moving::OVERLAP_M_MIN;
 use crate::shapes::{Approach, Shapes};
+use crate::walls::Walls;
 use nalgebra::Vector2;
-
-/// Bodies count as overlapping when they overlap by more than this, m: robots that are placed or come to rest exactly
-/// at each other's surface must not be in contact by rounding.
-const OVERLAP_M_MIN: f64 = 1e-9;
 
 /// Who touched what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -25,6 +23,8 @@ pub(crate) enum Contact {
     Robots(usize, usize),
     /// A robot and an obstacle, by slot and index.
     Obstacle(usize, usize),
+    /// A robot and the walls of the map, by slot.
+    Map(usize),
 }
 
 /// What has been counted so far.
@@ -61,7 +61,14 @@ impl Contacts {
     }
 
     /// Bodies that are new to the world may stand in others.
-    pub(crate) fn enter(&mut self, entered: &[usize], bodies: &[Body], arms: &[Arm], shapes: &Shapes) {
+    pub(crate) fn enter(
+        &mut self,
+        entered: &[usize],
+        bodies: &[Body],
+        arms: &[Arm],
+        shapes: &Shapes,
+        walls: Option<&Walls>,
+    ) {
         self.found.clear();
         for &slot in entered {
             let body = &bodies[slot];
@@ -88,6 +95,15 @@ impl Contacts {
                     self.found.push(Contact::Obstacle(slot, index));
                 }
             }
+            if let Some(walls) = walls {
+                let approach = match arm {
+                    Some(arm) => walls.approach_of_arm(arm, 0.0),
+                    None => walls.approach([here, here], body.radius_m, 0.0),
+                };
+                if approach.is_some_and(|approach| approach.least < -OVERLAP_M_MIN) || walls.is_solid(here) {
+                    self.found.push(Contact::Map(slot));
+                }
+            }
         }
     }
 
@@ -95,7 +111,7 @@ impl Contacts {
     ///
     /// The smallest clearance only falls, so only pairs that can come nearer than it (or into contact) matter. While
     /// there has been no pair it is infinite, and so is the reach.
-    pub(crate) fn sweep(&mut self, bodies: &[Body], arms: &[Arm], shapes: &Shapes, grid: &Grid) {
+    pub(crate) fn sweep(&mut self, bodies: &[Body], arms: &[Arm], shapes: &Shapes, walls: Option<&Walls>, grid: &Grid) {
         self.found.clear();
         let discs = || bodies.iter().filter(|body| body.in_world && !body.is_arm());
         let radius_max = discs().fold(0.0, |most: f64, body| most.max(body.radius_m));
@@ -122,6 +138,14 @@ impl Contacts {
                 self.judge(Contact::Obstacle(item.robot.at(), index), approach);
             });
         }
+        if let Some(walls) = walls {
+            for body in discs() {
+                let reach = self.obstacle_clearance_m.max(0.0);
+                if let Some(approach) = walls.approach([body.from, body.pose.position], body.radius_m, reach) {
+                    self.judge(Contact::Map(body.instance.index.at()), approach);
+                }
+            }
+        }
         for (index, arm) in arms.iter().enumerate().filter(|(_, arm)| bodies[arm.slot].in_world) {
             let parts = Parts::of(&bodies[arm.slot], arms);
             let reach = arm.reach_m() + radius_max + self.clearance_m.max(0.0) + driven_max;
@@ -145,6 +169,11 @@ impl Contacts {
                     self.judge(Contact::Obstacle(arm.slot, index), approach);
                 }
             }
+            if let Some(walls) = walls
+                && let Some(approach) = walls.approach_of_arm(arm, self.obstacle_clearance_m.max(0.0))
+            {
+                self.judge(Contact::Map(arm.slot), approach);
+            }
         }
     }
 
@@ -159,7 +188,7 @@ impl Contacts {
     fn judge(&mut self, contact: Contact, approach: Approach) {
         let least = match contact {
             Contact::Robots(..) => &mut self.clearance_m,
-            Contact::Obstacle(..) => &mut self.obstacle_clearance_m,
+            Contact::Obstacle(..) | Contact::Map(_) => &mut self.obstacle_clearance_m,
         };
         *least = least.min(approach.least);
         if approach.least < -OVERLAP_M_MIN && approach.at_first >= -OVERLAP_M_MIN {
@@ -184,7 +213,7 @@ impl Contacts {
         for contact in &self.found {
             let (slot, other) = match *contact {
                 Contact::Robots(a, b) => (a, Some(b)),
-                Contact::Obstacle(slot, _) => (slot, None),
+                Contact::Obstacle(slot, _) | Contact::Map(slot) => (slot, None),
             };
             *(if other.is_some() { &mut self.robots } else { &mut self.obstacles }) += 1;
             for slot in [Some(slot), other].into_iter().flatten() {

@@ -11,7 +11,7 @@
 //! shortest    the path one could take
 //! shapes      obstacles where they are    grid        who is near whom
 //! ranges      who hears and sees what     contact     swept clearances
-//! restarts    what follows the end of a process
+//! crossings   right of way                restarts    what follows the end of a process
 //! referee     goals, arrival, path        progress    who gets nowhere
 //! faults      what is done on purpose
 //! journal     log and notices
@@ -19,7 +19,7 @@
 //! opener      when ticks of lockstep open
 //! shell       the process                 recorder    everything into a file
 //! figures     what the processes count, for the record
-//! touch       where bodies touched first
+//! touch       where bodies touched first       walls       those of the map
 //! outcome_file  what the process leaves   checkpoints  what another one can go on from
 //! whole_file  a file, whole or not at all
 //! ```
@@ -29,6 +29,7 @@ pub mod attendance;
 mod body;
 mod checkpoints;
 mod contact;
+mod crossings;
 mod faults;
 mod figures;
 mod grid;
@@ -48,6 +49,7 @@ mod shapes;
 pub mod shell;
 mod shortest;
 mod touch;
+mod walls;
 pub mod whole_file;
 mod world;
 

@@ -63,7 +63,8 @@ pub(crate) fn approach_obstacle(arm: &Arm, shapes: &Shapes, obstacle: &Placed, r
     approach
 }
 
-fn approaches<'a>(parts: &[Moving<'_>], others: impl Iterator<Item = Moving<'a>>, reach: f64) -> Approach {
+/// How near some parts come to some others. What lies beyond `reach` is only told for the ends of the tick.
+pub(crate) fn approaches<'a>(parts: &[Moving<'_>], others: impl Iterator<Item = Moving<'a>>, reach: f64) -> Approach {
     let mut all = Approach { at_first: f64::INFINITY, least: f64::INFINITY };
     for other in others {
         for part in parts {

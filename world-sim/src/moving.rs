@@ -3,6 +3,10 @@
 use crate::arm::Arm;
 use geometry::Capsule;
 
+/// Bodies count as overlapping when they overlap by more than this, m: robots that are placed or come to rest exactly
+/// at each other's surface must not be in contact by rounding.
+pub(crate) const OVERLAP_M_MIN: f64 = 1e-9;
+
 /// A capsule on its way through a tick.
 #[derive(Clone, Copy)]
 pub(crate) enum Moving<'a> {

@@ -85,7 +85,8 @@ pub fn main(root: &Path, parent: u32, incarnation: u32) -> Result<(), ShellError
     let path = address.file(SCENARIO_FILE);
     #[expect(clippy::disallowed_methods, reason = "the shell reads its scenario once, before the loop")]
     let bytes = std::fs::read(&path).map_err(|error| ShellError::File(path, error))?;
-    let scenario: Scenario = codec::decode(&bytes)?;
+    let mut scenario: Scenario = codec::decode(&bytes)?;
+    bus::attach_map(&address, scenario.map.as_mut())?;
 
     let left = OutcomeFile::open(&address).map_err(ShellError::Outcome)?;
     let world = match incarnation {

@@ -11,6 +11,7 @@
 //! in all.
 
 mod tangents;
+mod terrain;
 
 use crate::grid::Aabb;
 use crate::shapes::Shapes;
@@ -21,6 +22,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::rc::Rc;
 use tangents::{Circle, Network, Side, arc, tangent};
+use terrain::Terrain;
 
 /// A way may touch: rounding decides neither for nor against it, m.
 pub(crate) const TOUCH_M: f64 = 1e-6;
@@ -34,14 +36,17 @@ const FEW: usize = 48;
 pub(crate) struct Map {
     walls: Walls,
     networks: Vec<Network>,
+    /// The walls of a map have another way of being passed.
+    terrain: Option<Terrain>,
 }
 
 impl Map {
-    pub(crate) fn new(shapes: &Shapes) -> Map {
+    pub(crate) fn new(shapes: &Shapes, map: Option<&crate::walls::Walls>) -> Map {
         let fixed = || shapes.obstacles.iter().filter(|obstacle| !obstacle.moves());
         let capsules: Vec<Capsule> = fixed().flat_map(|o| o.pieces.clone()).map(|index| shapes.piece(index)).collect();
         let polygons = fixed().filter_map(|obstacle| obstacle.polygon().cloned()).collect();
-        Map { walls: Walls::new(capsules, polygons), networks: Vec::new() }
+        let terrain = map.map(|map| Terrain::new(&map.0, &capsules));
+        Map { walls: Walls::new(capsules, polygons), networks: Vec::new(), terrain }
     }
 
     /// Length of the shortest way of a disc from `start` past all goals in order, to the tolerance of each, m; `None` if
@@ -64,6 +69,9 @@ impl Map {
     }
 
     fn leg(&mut self, from: Place, to: Place, radius_m: f64) -> Option<f64> {
+        if let Some(terrain) = &mut self.terrain {
+            return terrain.leg(from.at, to.at, radius_m).map(|length| (length - from.reach_m - to.reach_m).max(0.0));
+        }
         let mut taken_in: Vec<usize> = Vec::new();
         while taken_in.len() <= FEW {
             let some = self.walls.only(&taken_in);

@@ -13,6 +13,7 @@ mod views;
 use crate::arm::{self, Arm};
 use crate::body::Body;
 use crate::contact::{Contact, Contacts};
+use crate::crossings::Crossings;
 use crate::faults::Faults;
 use crate::grid::Grid;
 use crate::journal::Journal;
@@ -23,6 +24,7 @@ use crate::ranges::Ranges;
 use crate::referee::Referee;
 use crate::shapes::Shapes;
 use crate::touch;
+use crate::walls::Walls;
 use model::kinematics::fits;
 use model::{
     Clock, Drive, EventKind, FilterCount, FilterKind, MAX_ROBOTS, PaceState, Partner, Physics, PlanState, Radio, Robot,
@@ -90,11 +92,14 @@ pub struct World {
     stuck: Vec<RobotIndex>,
 
     shapes: Shapes,
+    /// The walls of the map, if there is one. They are no pieces.
+    walls: Option<Walls>,
     /// Where bodies have weight and push each other.
     solid: Option<Solid>,
     grid: Grid,
     ranges: Ranges,
     contacts: Contacts,
+    crossings: Crossings,
     journal: Journal,
     /// What it was told since the recorder took it last, if the run is recorded.
     tape: Option<WorldInputs>,
@@ -166,10 +171,12 @@ impl World {
             stuck_ticks: (scenario.fleet.stuck_limit_s * clock.tick_hz).ceil() as u64,
             stuck: Vec::new(),
             shapes,
+            walls: scenario.walls().cloned().map(Walls),
             solid,
             grid: Grid::default(),
             ranges: Ranges::default(),
             contacts: Contacts::new(),
+            crossings: Crossings::default(),
             journal: Journal::default(),
             tape: None,
             hash: 0,
@@ -218,6 +225,7 @@ impl World {
         }
         (self.scolded[slot], self.plans[slot]) = (false, PlanState::Ready);
         self.contacts.forget(slot);
+        self.crossings.forget(slot);
         if let Some(solid) = &mut self.solid {
             solid.leave(slot);
         }
@@ -366,7 +374,7 @@ impl World {
                 arm.halt();
             }
         }
-        self.contacts.enter(&self.entered, &self.bodies, &self.arms, &self.shapes);
+        self.contacts.enter(&self.entered, &self.bodies, &self.arms, &self.shapes, self.walls.as_ref());
         if let Some(solid) = &mut self.solid {
             solid.open(&self.bodies, &self.robots);
             self.contacts.found.retain(|contact| solid.overlap(*contact));
@@ -441,13 +449,14 @@ impl World {
         if let Some(solid) = &mut self.solid {
             solid.pass(&mut self.bodies, &self.shapes);
         }
-        self.contacts.sweep(&self.bodies, &self.arms, &self.shapes, &self.grid);
+        self.contacts.sweep(&self.bodies, &self.arms, &self.shapes, self.walls.as_ref(), &self.grid);
         if let Some(solid) = &self.solid {
             // Solid bodies do not overlap when they touch, and part again within a tick.
             self.contacts.found.clear();
             self.contacts.found.extend(solid.touched());
         }
         self.log_contacts(self.tick - 1);
+        self.crossings.look(self.tick, self.clock.dt_s(), &self.bodies, self.ranges.all_heard());
         self.judge(time_s);
         self.announce();
         self.impairments_changed.clear();
@@ -532,16 +541,22 @@ impl World {
     fn log_contacts(&mut self, opened: u64) {
         self.contacts.count();
         for contact in &self.contacts.found {
-            let (Contact::Robots(slot, _) | Contact::Obstacle(slot, _)) = *contact;
-            if let (Contact::Obstacle(_, index), Some(referee)) = (*contact, &mut self.referees[slot]) {
+            let (Contact::Robots(slot, _) | Contact::Obstacle(slot, _) | Contact::Map(slot)) = *contact;
+            let stands = match *contact {
+                Contact::Robots(..) => false,
+                Contact::Obstacle(_, index) => !self.shapes.obstacles[index].moves(),
+                Contact::Map(_) => true,
+            };
+            if let Some(referee) = &mut self.referees[slot] {
                 // Solid bodies lean on what they touch; others go on through it.
-                referee.trespassed |= self.solid.is_none() && !self.shapes.obstacles[index].moves();
+                referee.trespassed |= self.solid.is_none() && stands;
             }
             self.journal.note_quietly(self.tick, RobotIndex::of(slot), || {
                 let body = &self.bodies[slot];
                 let with = match *contact {
                     Contact::Robots(_, other) => Partner::Robot(RobotIndex::of(other)),
                     Contact::Obstacle(_, index) => Partner::Obstacle(index as u32),
+                    Contact::Map(_) => Partner::Map,
                 };
                 let first = self.solid.as_ref().and_then(|solid| solid.first(*contact)).or_else(|| {
                     let parts = Parts::of(body, &self.arms);
@@ -552,6 +567,10 @@ impl World {
                         }
                         Contact::Obstacle(_, index) => {
                             touch::first(parts.as_slice(), self.shapes.ways(&self.shapes.obstacles[index]))
+                        }
+                        Contact::Map(_) => {
+                            let walls = self.walls.as_ref()?.on_way(parts.as_slice());
+                            touch::first(parts.as_slice(), walls.into_iter())
                         }
                     }
                 });

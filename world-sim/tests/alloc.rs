@@ -67,6 +67,7 @@ fn rings(count: usize) -> Scenario {
         radio: Radio::PERFECT,
         obstacles: vec![Obstacle { shape: disc, motion: Some(motion) }],
         template: robot(0),
+        map: None,
         templates_of_others: Vec::new(),
         robots: (0..count).map(robot).collect(),
         events: Vec::new(),

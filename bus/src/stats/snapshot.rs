@@ -1,13 +1,12 @@
 //! Statistics as they are read: by the daemon at the end, and by whoever looks meanwhile.
 #![expect(clippy::disallowed_methods, reason = "statistics are files in the root of the fleet")]
 
-use super::scale::{COARSE, FINE, MAX_BITS, Scale};
+use super::scale::{COARSE, FINE, Scale};
 use super::{
     COUNTERS, Counter, DIRECTORY, HISTOGRAM_SIZE, HISTOGRAMS, LATE, MAGIC, PRESENT, STRIP_BUCKETS, STRIP_MAX,
     STRIP_METRIC, STRIP_SIZE, STRIPS, WORLD,
 };
 use crate::{Address, BusError, Result};
-use hdrhistogram::Histogram;
 use model::{Cause, Metric, PerCause, PerMetric, RobotIndex, RobotInstance};
 use std::collections::BTreeMap;
 
@@ -39,14 +38,6 @@ impl Counts {
         Counts { max: if self.max > before.max { self.max } else { largest.min(self.max) }, counts }
     }
 
-    fn histogram(&self, scale: Scale) -> Option<Histogram<u64>> {
-        let mut histogram = Histogram::new_with_bounds(1, 1 << MAX_BITS, 3).expect("the bounds are constants");
-        for (bucket, &count) in self.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-            histogram.saturating_record_n(scale.value_of(bucket), count);
-        }
-        (!histogram.is_empty()).then_some(histogram)
-    }
-
     fn spread(&self, scale: Scale, edges: &[u64]) -> Vec<u64> {
         if self.counts.iter().all(|count| *count == 0) {
             return Vec::new();
@@ -61,10 +52,21 @@ impl Counts {
     }
 
     fn percentiles(&self, scale: Scale) -> Option<Percentiles> {
-        let histogram = self.histogram(scale)?;
-        let at = |quantile| histogram.value_at_quantile(quantile).min(self.max);
-        let n = histogram.len();
-        Some(Percentiles { p50: at(0.5), p90: at(0.9), p99: at(0.99), p999: at(0.999), max: self.max, n })
+        let n: u64 = self.counts.iter().sum();
+        let mut buckets = self.counts.iter().enumerate();
+        let (mut seen, mut value) = (0, 0);
+        // The quantiles rise, so that the buckets are gone through once: statistics of every robot are read every second.
+        let mut at = |quantile: f64| {
+            let rank = (quantile * n as f64).ceil() as u64;
+            while seen < rank
+                && let Some((bucket, count)) = buckets.next()
+            {
+                seen += count;
+                value = scale.value_of(bucket);
+            }
+            value.min(self.max)
+        };
+        (n > 0).then(|| Percentiles { p50: at(0.5), p90: at(0.9), p99: at(0.99), p999: at(0.999), max: self.max, n })
     }
 }
 

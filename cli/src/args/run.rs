@@ -57,6 +57,9 @@ pub struct RunArgs {
     /// Format of the report on standard output
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
+    /// The folder of the files that a scenario on standard input names; a sweep says it
+    #[arg(long, value_name = "DIR", hide = true)]
+    pub beside: Option<PathBuf>,
 }
 
 /// What `run` and `up` change of a scenario.

@@ -38,8 +38,8 @@ pub struct SweepArgs {
     /// Scenario files, or names from the catalog
     #[arg(value_name = "SCENARIO", required = true)]
     pub scenarios: Vec<OsString>,
-    /// Planner of every robot; may be repeated. By default the scenario's own
-    #[arg(long = "planner", value_name = "NAME")]
+    /// Planners of every robot: lanes,orca; may be repeated. By default the scenario's own
+    #[arg(long = "planner", value_name = "NAME,..", value_delimiter = ',')]
     pub planners: Vec<String>,
     /// Random seeds: 0..20 are the 20 seeds from 0 to 19; or a list, 1,2,5
     #[arg(long, value_name = "SEEDS", default_value = "0..5", value_parser = parse_seeds)]

@@ -15,8 +15,8 @@ Examples:
   shoal view lanes.mcap orca.mcap   compares two records
 
 It prints the address to open and serves until Ctrl-C. The address is for this
-machine only and holds a token that is new each time: without it the
-server answers nothing. On the page, fleets can be driven as well: tasks, new robots,
+machine only and holds a token that is new each time: without it the server
+answers nothing. On the page, fleets can be driven as well: tasks, new robots,
 faults. The robots do not notice that they are watched.")]
 pub struct ViewArgs {
     /// Records to play, two at most; by default running fleets are shown

@@ -52,9 +52,9 @@ fn verify(options: &ReplayArgs, record: &Record) -> Result<i32, Failure> {
     Ok(if is_equal(&verdict) { exit::OK } else { exit::EXPECTATIONS })
 }
 
-/// Whether everything that could be compared is the same. A record that is cut off is compared up to there.
+/// Whether there was something to compare, and all of it is the same. A record that is cut off is compared up to there.
 fn is_equal(verdict: &Verdict) -> bool {
-    verdict.first.is_none() && verdict.ends_early.is_none()
+    verdict.first.is_none() && verdict.ends_early.is_none() && verdict.frames > 0
 }
 
 fn verdict_json(options: &ReplayArgs, record: &Record, verdict: &Verdict) -> Value {
@@ -84,6 +84,7 @@ fn verdict_text(record: &Record, verdict: &Verdict) -> String {
     let word = match (&verdict.first, &verdict.ends_early) {
         (Some(_), _) => "differs",
         (None, Some(_)) => "cannot be verified to its end",
+        (None, None) if verdict.frames == 0 => "nothing to compare: the record holds no frame",
         (None, None) if verdict.is_whole => "equal",
         (None, None) => "equal as far as it goes",
     };

@@ -8,7 +8,7 @@ use crate::args::{Format, ReproduceArgs};
 use crate::exit::{self, Failure};
 use crate::file::{Files, STANDARD};
 use crate::out;
-use crate::progress::Live;
+use crate::progress::Bar;
 use daemon::signals::Interrupted;
 use reproduce::row::{Paper, Row, Rows, Series, Verdict};
 use serde::Serialize;
@@ -87,18 +87,18 @@ pub fn run(options: &ReproduceArgs) -> Result<i32, Failure> {
         exit_code: exit::OK,
     };
     let (mut failed, mut unwritten) = (None, None);
+    let mut steps = Steps::of(&papers, options.runs);
     for paper in papers {
-        let mut live = Live::new();
-        let compared = compare(paper, options.runs, &mut live, &interrupted);
+        let compared = compare(paper, options.runs, &mut steps, &interrupted);
         document.papers.push(summary(paper, &compared.rows, compared.complete));
         if options.format == Format::Text {
-            live.finish();
+            steps.bar.finish();
             text::print(&compared.rows, &document.papers[document.papers.len() - 1])?;
         }
         document.rows.extend(compared.rows);
         failed = compared.failure;
         if let (Some(folder), false, None, None) = (&folder, interrupted.yes(), &failed, &unwritten) {
-            live.say(&format!("{}: figures", paper.name));
+            steps.next(paper, "figures");
             for series in (paper.series)().iter().chain(&compared.series) {
                 match folder.write(series) {
                     Ok(names) => document.figures.extend(names),
@@ -161,9 +161,30 @@ struct Compared {
     failure: Option<Failure>,
 }
 
-fn compare(paper: &'static Paper, runs: u32, live: &mut Live, interrupted: &Interrupted) -> Compared {
+/// How far the comparison is, in experiments.
+struct Steps {
+    bar: Bar,
+    done: u64,
+    total: u64,
+}
+
+impl Steps {
+    /// Nothing has been compared yet; of fleets there is this number of runs.
+    fn of(papers: &[&'static Paper], runs: u32) -> Steps {
+        // One more for the figures.
+        let steps = papers.iter().map(|paper| paper.steps + fleets::steps(paper.name, runs) + 1);
+        Steps { bar: Bar::new(), done: 0, total: steps.sum::<usize>() as u64 }
+    }
+
+    fn next(&mut self, paper: &Paper, what: &str) {
+        self.bar.at(self.done, self.total, &format!("{}: {what}", paper.name));
+        self.done += 1;
+    }
+}
+
+fn compare(paper: &'static Paper, runs: u32, steps: &mut Steps, interrupted: &Interrupted) -> Compared {
     let mut begin = |what: &str| {
-        live.say(&format!("{}: {what}", paper.name));
+        steps.next(paper, what);
         if interrupted.yes() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let mut rows = Rows::new(paper, &mut begin);

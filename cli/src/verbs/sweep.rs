@@ -110,7 +110,7 @@ fn plan_of(options: &SweepArgs) -> Result<Plan, Failure> {
             continue;
         }
         match source::read(name) {
-            Ok((shown, text)) => scenarios.push(ScenarioSource::new(shown, text)),
+            Ok((shown, text)) => scenarios.push(ScenarioSource::new(shown, text).with_files(source::Folder::of(name))),
             Err(failure) => refused.push(failure),
         }
     }

@@ -11,6 +11,20 @@ pub fn refuse(words: &[OsString]) -> Failure {
     refuse_below(&Cli::command(), "", words)
 }
 
+/// Refuses a page of man(1) for what is no verb.
+pub fn refuse_page(words: &[OsString]) -> Failure {
+    let command = Cli::command();
+    match words {
+        [verb, rest @ ..]
+            if !rest.is_empty()
+                && let Some(found) = command.find_subcommand(verb) =>
+        {
+            refuse_below(found, &format!("{} ", verb.to_string_lossy()), rest)
+        }
+        _ => refuse_below(&command, "", words),
+    }
+}
+
 /// Refuses what was said in place of a verb of `shoal task`.
 pub fn refuse_task(words: &[OsString]) -> Failure {
     let command = Cli::command();

@@ -21,6 +21,9 @@ struct Entry {
     duration_s: Option<f64>,
     robots: Option<usize>,
     obstacles: Option<usize>,
+    /// Walls of its map, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    walls: Option<usize>,
     events: Option<usize>,
     problems: Vec<ProblemEntry>,
     /// Problems that are left out because there are many like them.
@@ -77,7 +80,7 @@ fn check(name: &OsStr) -> Entry {
         Ok(read) => read,
         Err(failure) => return unreadable(file, failure),
     };
-    match scenarios::parse(&file, &text, &Overrides::default()) {
+    match scenarios::parse_with_files(&file, &text, &Overrides::default(), &source::Folder::of(name)) {
         Ok(scenario) => sound(file, &scenario),
         Err(problems) => {
             let listed = problems.shown.iter().map(problem_entry).collect();
@@ -98,6 +101,7 @@ fn sound(file: String, scenario: &Scenario) -> Entry {
         duration_s: Some(scenario.clock.ticks_max as f64 * scenario.clock.dt_s()),
         robots: Some(scenario.robots.len()),
         obstacles: Some(scenario.obstacles.len()),
+        walls: scenario.walls().map(geometry::Map::len),
         events: Some(scenario.events.len()),
         problems: Vec::new(),
         problems_more: 0,
@@ -118,6 +122,7 @@ fn unsound(file: String, failure: Failure) -> Entry {
         duration_s: None,
         robots: None,
         obstacles: None,
+        walls: None,
         events: None,
         problems: Vec::new(),
         problems_more: 0,
@@ -156,10 +161,11 @@ fn ok_line(entry: &Entry, described: bool) -> String {
         _ => String::new(),
     };
     format!(
-        "ok: {}: {}, {}, {}, {} s, {} at {} Hz\n{description}",
+        "ok: {}: {}, {}{}, {}, {} s, {} at {} Hz\n{description}",
         entry.file,
         count(entry.robots, "robot"),
         count(entry.obstacles, "obstacle"),
+        entry.walls.map(|walls| format!(", a map of {}", count(Some(walls), "wall"))).unwrap_or_default(),
         count(entry.events, "event"),
         entry.duration_s.unwrap_or(0.0),
         entry.mode.map_or("", Mode::word),

@@ -78,8 +78,9 @@ impl Orphan {
         let bytes = read(&self.address, SCENARIO_FILE).ok_or_else(|| {
             Error::new(Kind::Memory, format!("fleet `{}`: its scenario cannot be read", self.address.id()))
         })?;
-        let scenario: Scenario = codec::decode(&bytes)
+        let mut scenario: Scenario = codec::decode(&bytes)
             .map_err(|error| Error::new(Kind::Memory, format!("scenario of fleet `{}`: {error}", self.address.id())))?;
+        bus::attach_map(&self.address, scenario.map.as_mut())?;
         let executables = Executables::find(&scenario)?;
         let signals = Signals::install()
             .map_err(|error| Error::new(Kind::Process, format!("signals: cannot install handlers: {error}")))?;

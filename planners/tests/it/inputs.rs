@@ -71,6 +71,7 @@ impl Scene {
             obstacles: &self.obstacles,
             neighbors: &self.neighbors,
             map: &self.obstacles,
+            walls: None,
             arm: None,
             wheels: self.wheels,
             allowed: &[],

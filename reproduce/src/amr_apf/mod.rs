@@ -45,6 +45,7 @@ pub static PAPER: Paper = Paper {
               the authors' programs",
     differs: DIFFERS,
     rows,
+    steps: 124,
     series,
 };
 

@@ -68,7 +68,15 @@ const VERDICTS: [(&str, [usize; 3], [usize; 3]); 5] = [
 ];
 
 fn check(paper: &'static Paper) {
-    let rows = paper.all_rows();
+    let mut steps = 0;
+    let mut count_step = |_: &str| {
+        steps += 1;
+        ControlFlow::Continue(())
+    };
+    let mut collected = Rows::new(paper, &mut count_step);
+    assert!((paper.rows)(&mut collected).is_continue(), "{}", paper.name);
+    let rows = collected.finish();
+    assert_eq!(steps, paper.steps, "{}: what its progress goes by", paper.name);
     let (_, all, headlines) =
         VERDICTS.into_iter().find(|(name, ..)| *name == paper.name).expect("every paper is listed");
     let count = |of: &dyn Fn(&Row) -> bool| {

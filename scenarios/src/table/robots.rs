@@ -242,6 +242,7 @@ choice! {
         Line = "line",
         Random = "random",
         List = "list",
+        Scen = "scen",
     }
 }
 
@@ -249,7 +250,7 @@ keys! {
     /// Keys of `[layout]`.
     pub(crate) keys Layout {
         /// circle-swap: across a circle; ring: round a circle; grid: a block that moves; line: two facing lines
-        /// that swap; random; list: as listed.
+        /// that swap; random; list: as listed; scen: the first problems of a MovingAI .scen for the map.
         kind: LayoutKind => required, "";
         /// Number of robots.
         robots: usize => required, "", 1..=MAX_ROBOTS;
@@ -291,6 +292,9 @@ keys! {
         /// Goals, in the same order.
         #[only(LayoutKind::List)]
         goals_m: Vec<Point2<f64>> => required, "m", 1..=MAX_ROBOTS;
+        /// The .scen file; its path is relative to the scenario's file.
+        #[only(LayoutKind::Scen)]
+        scen: String => required, "", 1..=4096;
         /// Starts and goals lie within these x.
         #[only(LayoutKind::Random)]
         x_m: Interval => "the world's", "m";

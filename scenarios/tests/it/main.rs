@@ -6,6 +6,7 @@ mod draft;
 mod errors;
 mod goals;
 mod layouts;
+mod maps;
 mod physics;
 mod resolve;
 mod robustness;

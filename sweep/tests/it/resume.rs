@@ -104,7 +104,7 @@ fn the_columns_of_the_database_are_the_fields_of_the_lines() {
     let db = rusqlite::Connection::open(folder.path().join("whole/sweep.db")).unwrap();
     let runs: Vec<serde_json::Value> = known.iter().map(|record| serde_json::to_value(record).unwrap()).collect();
     let robots = runs.iter().flat_map(|run| run["per_robot"].as_array().unwrap().clone()).collect();
-    for (table, fields, fewest) in [("run", runs, 26), ("robot", robots, 14)] {
+    for (table, fields, fewest) in [("run", runs, 28), ("robot", robots, 14)] {
         let mut query = db.prepare(&format!("SELECT * FROM {table}")).unwrap();
         let columns: Vec<String> = query.column_names().into_iter().map(str::to_owned).collect();
         let mut rows = query.query([]).unwrap();

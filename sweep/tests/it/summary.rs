@@ -39,6 +39,8 @@ fn fabricated(plan: &Plan) -> Vec<Record> {
             goals_done: 4,
             throughput_per_s: Some(if is_baseline { 0.5 } else { 0.25 * seed.pow(2) as f64 }),
             reversals_per_m: (seed > 0).then_some(if is_baseline { 0.0 } else { 1.0 / seed as f64 }),
+            crossings: if is_baseline { 0 } else { 5 },
+            right_of_way_violations: if is_baseline { 0 } else { 2 },
             trajectory_hash: format!("{index:016x}"),
             ..template.clone()
         }
@@ -89,6 +91,12 @@ fn lost_time_throughput_and_reversals_are_means_of_the_runs() {
     let holds = |text: &str| self::summary(&[text]).assertions[0].holds;
     assert!(holds("straight:time_lost<=1") && !holds("time_lost<=1") && holds("time_lost<=5.75"));
     assert!(holds("throughput>=0.5") && !holds("throughput>0.5"));
+    assert_eq!((other.crossings, other.right_of_way_violations), (40, 16), "of eight runs");
+    assert!(!holds("straight:right_of_way_violations==0"), "nobody crossed");
+    assert!(
+        holds("decentralized-apf:right_of_way_violations<=0.4")
+            && !holds("decentralized-apf:right_of_way_violations<0.4")
+    );
     assert!(holds("straight:reversals_per_m==0") && !holds("reversals_per_m<0.3") && holds("reversals_per_m<0.4"));
 }
 

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 fn map(obstacles: &[Shape]) -> Map {
     let placed: Vec<Obstacle> = obstacles.iter().map(|s| Obstacle { shape: s.clone(), motion: None }).collect();
-    Map::new(&Shapes::new(&placed, 1))
+    Map::new(&Shapes::new(&placed, 1), None)
 }
 
 fn length(obstacles: &[Shape], [from, to]: [[f64; 2]; 2], radius_m: f64, tolerance_m: f64) -> Option<f64> {

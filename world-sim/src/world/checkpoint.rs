@@ -6,6 +6,7 @@
 //! the first one would have done, but for bodies with weight, which go on from rest.
 
 use super::World;
+use crate::crossings::Crossings;
 use crate::faults::Faults;
 use crate::presence::Presence;
 use crate::referee::Referee;
@@ -47,6 +48,7 @@ pub struct Checkpoint<'a> {
     goals_before: u64,
     /// Smallest clearances so far, between robots and to obstacles, m.
     clearances_m: [f64; 2],
+    crossings: Cow<'a, Crossings>,
     ended: Cow<'a, VecDeque<(TaskId, TaskStep)>>,
     events: usize,
     events_lost: u64,
@@ -92,6 +94,7 @@ impl World {
             contacts: (self.contacts.robots, self.contacts.obstacles, Cow::Borrowed(&self.contacts.per_robot)),
             goals_before: self.goals_before,
             clearances_m: [self.contacts.clearance_m, self.contacts.obstacle_clearance_m],
+            crossings: Cow::Borrowed(&self.crossings),
             ended: Cow::Borrowed(&self.journal.ended),
             events: self.journal.events.len(),
             events_lost: self.journal.events_lost,
@@ -153,6 +156,7 @@ impl World {
         world.contacts.per_robot = per_robot.into_owned();
         world.goals_before = saved.goals_before;
         [world.contacts.clearance_m, world.contacts.obstacle_clearance_m] = saved.clearances_m;
+        world.crossings = saved.crossings.into_owned();
         events.truncate(saved.events);
         (world.journal.events, world.journal.events_lost) = (events, saved.events_lost);
         world.journal.ended = saved.ended.into_owned();

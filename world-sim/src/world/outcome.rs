@@ -14,7 +14,7 @@ impl World {
     /// Besides the robots that were in the world it lists those that should have been and never entered, as gone:
     /// a robot whose process could not start must not look like a robot that was never asked for.
     pub fn outcome(&self) -> Outcome {
-        let mut map = Map::new(&self.shapes);
+        let mut map = Map::new(&self.shapes, self.walls.as_ref());
         let robots =
             self.robots.iter().zip(&self.presences).zip(&self.referees).filter_map(|((robot, presence), referee)| {
                 Some(self.robot_outcome(robot.as_ref()?, presence, referee.as_ref()?, &mut map))
@@ -30,6 +30,8 @@ impl World {
             min_clearance_m: Some(self.contacts.clearance_m).filter(|clearance| clearance.is_finite()),
             min_obstacle_clearance_m: Some(self.contacts.obstacle_clearance_m)
                 .filter(|clearance| clearance.is_finite()),
+            crossings: self.crossings.passed,
+            right_of_way_violations: self.crossings.violations,
             filter: self.filter,
             goals_done: self.goals_before + goals_here.sum::<u64>(),
             events: self.journal.events.clone(),

@@ -81,6 +81,8 @@ impl Solid {
         match contact {
             Contact::Robots(slot, other) => self.bodies.overlap(slot, With::Robot(other)),
             Contact::Obstacle(slot, index) => self.bodies.overlap(slot, With::Obstacle(index)),
+            // Worlds of bodies with weight have no map.
+            Contact::Map(_) => true,
         }
     }
 

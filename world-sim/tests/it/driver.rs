@@ -67,6 +67,7 @@ pub(crate) fn scenario(robots: Vec<Robot>) -> Scenario {
         radio: Radio::PERFECT,
         obstacles: Vec::new(),
         template: robot(0, [0.0, 0.0], [0.0, 0.0]),
+        map: None,
         templates_of_others: Vec::new(),
         robots,
         events: Vec::new(),

@@ -9,3 +9,4 @@ mod physics;
 mod presence;
 mod ranges;
 mod referee;
+mod walls;

@@ -1,10 +1,9 @@
 //! `--explain`: one row in full.
 
-use super::{compare, exit_code};
+use super::{Steps, compare, exit_code};
 use crate::args::{Format, ReproduceArgs};
 use crate::exit::{self, Failure};
 use crate::out;
-use crate::progress::Live;
 use daemon::signals::Interrupted;
 use report::Page;
 use reproduce::row::{Paper, Row};
@@ -17,13 +16,12 @@ const LISTED_MAX: usize = 12;
 /// meant.
 pub(super) fn run(papers: &[&'static Paper], name: &str, options: &ReproduceArgs) -> Result<i32, Failure> {
     let interrupted = Interrupted::watch(exit::INTERRUPTED)?;
-    let mut live = Live::new();
     let mut found: Vec<(&'static Paper, Row)> = Vec::new();
     for runs in [0, options.runs] {
+        let mut steps = Steps::of(papers, runs);
         for paper in papers {
-            let compared = compare(paper, runs, &mut live, &interrupted);
+            let compared = compare(paper, runs, &mut steps, &interrupted);
             if interrupted.yes() {
-                live.finish();
                 return Ok(exit::INTERRUPTED);
             }
             if let Some(failure) = compared.failure {
@@ -36,7 +34,6 @@ pub(super) fn run(papers: &[&'static Paper], name: &str, options: &ReproduceArgs
             break;
         }
     }
-    live.finish();
     if let Some(exact) = found.iter().position(|(_, row)| row.item == name) {
         found = vec![found.swap_remove(exact)];
     }

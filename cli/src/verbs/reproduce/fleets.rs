@@ -50,6 +50,16 @@ pub(super) fn run(paper: &str, runs: u32, rows: &mut Rows<'_>) -> Fleets {
     fleets
 }
 
+/// How often [`run`] says what comes next.
+pub(super) fn steps(paper: &str, runs: u32) -> usize {
+    match (paper, runs) {
+        (_, 0) => 0,
+        ("decentralized-apf", _) => decentralized_apf::scenes().count(),
+        ("amr-apf", _) => amr_apf::fleets() * runs as usize,
+        _ => 0,
+    }
+}
+
 /// Says what comes next.
 fn begin(rows: &mut Rows<'_>, what: &str) -> Result<(), Stop> {
     match rows.begin(what) {

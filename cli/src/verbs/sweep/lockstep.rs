@@ -1,14 +1,17 @@
 //! A run of a sweep in `lockstep`: a `shoal run` of its own, whose report is read.
 
+use crate::source::file_of;
 use daemon::processes::shoal;
 use model::Scenario;
 use report::{Report, Verdict};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{MemfdFlags, memfd_create};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};
 use std::os::unix::process::CommandExt;
+use std::path::Path;
 use std::process::Child;
 use sweep::{Error, Record, Run, execute};
 
@@ -33,6 +36,9 @@ pub(super) fn run(run: &Run<'_>, _: Scenario, goes_on: &dyn Fn() -> bool) -> Res
     input.write_all(run.scenario.text.as_bytes()).and_then(|()| input.rewind()).map_err(io_failed)?;
     let mut command = shoal("run");
     command.arg("-").args(run.options()).args(["--format", "json"]);
+    if let Some(folder) = file_of(OsStr::new(&run.scenario.name)).and_then(Path::parent) {
+        command.arg("--beside").arg(folder);
+    }
     // Of its own group: Ctrl-C is for the sweep, which asks its fleets to end.
     command.process_group(0).stdin(input);
     command.stdout(output.try_clone().map_err(io_failed)?).stderr(said.try_clone().map_err(io_failed)?);

@@ -22,6 +22,7 @@ fn input<'a>(goal: [f64; 2], obstacles: &'a [Obstacle], neighbors: &'a [Neighbor
         obstacles,
         neighbors,
         map: obstacles,
+        walls: None,
         ..testing::input()
     }
 }

@@ -98,6 +98,7 @@ impl Course {
             obstacles: &self.obstacles,
             neighbors: &self.neighbors,
             map: &self.obstacles,
+            walls: None,
             arm: None,
             wheels: None,
             allowed: &[],

@@ -167,7 +167,12 @@ const STARTS_MIN: usize = 5;
 /// By as much as the paper rounds its percentages.
 const POINTS: f64 = 3.1;
 
-pub(super) fn run(runs: u32, rows: &mut Rows<'_>, series: &mut Vec<Series>) -> Result<(), Stop> {
+/// How many fleets there are for each start.
+pub(super) fn fleets() -> usize {
+    experiments().iter().map(|experiment| experiment.layouts.len() * experiment.contestants.len()).sum()
+}
+
+fn experiments() -> [Experiment; 2] {
     let first = Experiment {
         name: "case 1",
         place: "robots",
@@ -182,6 +187,11 @@ pub(super) fn run(runs: u32, rows: &mut Rows<'_>, series: &mut Vec<Series>) -> R
         layouts: case2(),
         duration_s: 150.0,
     };
+    [first, second]
+}
+
+pub(super) fn run(runs: u32, rows: &mut Rows<'_>, series: &mut Vec<Series>) -> Result<(), Stop> {
+    let [first, second] = experiments();
     let found = first.run(runs, rows)?;
     first.about(rows, runs);
     case1_rows(rows, &found);

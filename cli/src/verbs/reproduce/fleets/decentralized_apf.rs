@@ -5,11 +5,16 @@ use super::{Ran, Stop, begin, lockstep};
 use model::{BodyKind, Scenario};
 use reproduce::decentralized_apf::run as one_thread;
 use reproduce::row::{Item, Rows};
-use reproduce::scene::scenes_of;
+use reproduce::scene::{Scene, scenes_of};
 use reproduce::stepper::{Rules, Run, tidy};
 
+/// The scenes.
+pub(super) fn scenes() -> impl Iterator<Item = &'static Scene> {
+    scenes_of("apf_").filter(|scene| scene.scenario.robots.len() > 1)
+}
+
 pub(super) fn run(rows: &mut Rows<'_>) -> Result<(), Stop> {
-    for scene in scenes_of("apf_").filter(|scene| scene.scenario.robots.len() > 1) {
+    for scene in scenes() {
         begin(rows, &format!("{} as processes", scene.name))?;
         let run = one_thread(scene, "recommended", BodyKind::Point);
         let method = format!("scene {}, every robot a process, lockstep: {}", scene.name, run.words());
