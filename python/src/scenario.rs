@@ -9,6 +9,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// The files that a scenario names, such as its map: beside its own.
+#[derive(Debug)]
 struct Folder(PathBuf);
 
 impl Files for Folder {
