@@ -225,6 +225,7 @@ class Scenario:
         name: str,
         text: str,
         lined: bool,
+        folder: str,
         *,
         mode: Optional[str],
         planner: Optional[str],

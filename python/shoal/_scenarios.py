@@ -48,6 +48,9 @@ class Scenario:
     ) -> None:
         # Whether its text is from code, and has no file.
         self._from_text = source._from_text if isinstance(source, Scenario) else isinstance(source, Mapping)
+        # Where the files are that it names, such as its map.
+        is_path = isinstance(source, os.PathLike) or isinstance(source, str) and os.path.isfile(source)
+        self._folder = os.path.dirname(os.fspath(source)) if is_path else getattr(source, "_folder", "")
         if isinstance(source, Scenario):
             self._called, self._text, self._lined, before = source._called, source._text, source._lined, source._overrides
         else:
@@ -60,14 +63,14 @@ class Scenario:
         overrides["set"] = [*before.get("set", []), *_assignments(set)]
         self._overrides = overrides
         given = {key: overrides.get(key) for key in own}
-        self._native = _native.Scenario(self._called, self._text, self._lined, set=overrides["set"], **given)
+        self._native = _native.Scenario(self._called, self._text, self._lined, self._folder, set=overrides["set"], **given)
 
     @classmethod
     def from_toml(cls, text: str, *, name: str = "scenario", **overrides: Any) -> "Scenario":
         """A scenario from a TOML text. ``overrides`` are those of the constructor."""
         scenario = cls.__new__(cls)
         scenario._called, scenario._text, scenario._lined, scenario._overrides = name, text, True, {}
-        scenario._from_text = True
+        scenario._from_text, scenario._folder = True, ""
         scenario.__init__(scenario, **overrides)  # type: ignore[misc]
         return scenario
 

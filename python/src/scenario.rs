@@ -3,7 +3,30 @@
 use model::{FilterKind, Mode, Problem};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use scenarios::{Overrides, Problems};
+use scenarios::{Files, NamedIn, Overrides, Problems};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// The files that a scenario names, such as its map: beside its own.
+#[derive(Debug)]
+struct Folder(PathBuf);
+
+impl Files for Folder {
+    fn read(&self, path: &str, named_in: NamedIn, bytes_max: u64) -> Result<Vec<u8>, String> {
+        let path = match named_in {
+            NamedIn::Scenario => self.0.join(path),
+            NamedIn::Option => Path::new(path).to_path_buf(),
+        };
+        let mut bytes = Vec::new();
+        let read = File::open(&path).and_then(|file| file.take(bytes_max + 1).read_to_end(&mut bytes));
+        match read {
+            Err(error) => Err(format!("`{}`: {error}", path.display())),
+            Ok(_) if bytes.len() as u64 > bytes_max => Err(format!("it is larger than {} KiB", bytes_max >> 10)),
+            Ok(_) => Ok(bytes),
+        }
+    }
+}
 
 /// A scenario that has been checked.
 #[pyclass(frozen, module = "shoal._native", name = "Scenario")]
@@ -11,15 +34,17 @@ pub(crate) struct Scenario(pub(crate) model::Scenario);
 
 #[pymethods]
 impl Scenario {
-    /// Reads and checks a TOML text. `lined`: the text is one that the user wrote, so problems name its lines.
+    /// Reads and checks a TOML text, and the files that it names in this folder. `lined`: the text is one that the user wrote,
+    /// so problems name its lines.
     #[new]
-    #[pyo3(signature = (name, text, lined, *, mode, planner, filter, robots, seed, duration_s, set))]
+    #[pyo3(signature = (name, text, lined, folder, *, mode, planner, filter, robots, seed, duration_s, set))]
     #[expect(clippy::too_many_arguments, reason = "the overrides of the command line, each by its name")]
     fn new(
         py: Python<'_>,
         name: &str,
         text: &str,
         lined: bool,
+        folder: PathBuf,
         mode: Option<&str>,
         planner: Option<String>,
         filter: Option<&str>,
@@ -40,7 +65,9 @@ impl Scenario {
             set,
             ..Overrides::default()
         };
-        scenarios::parse(name, text, &overrides).map(Scenario).map_err(|problems| wrong(py, problems, lined))
+        scenarios::parse_with_files(name, text, &overrides, &Folder(folder))
+            .map(Scenario)
+            .map_err(|problems| wrong(py, problems, lined))
     }
 
     /// Its name.

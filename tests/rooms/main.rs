@@ -102,6 +102,7 @@ const NAMES: [(&str, &[&str]); 20] = [
             "record/src/source.rs",
             "record/src/identity.rs",
             "sweep/src/directory.rs",
+            "python",
             "sweep/src/database.rs",
         ],
     ),
