@@ -21,7 +21,7 @@ fn all_arrive(scenario: &Scenario) {
 
 #[test]
 fn robots_that_know_the_map_get_through_it() {
-    for kind in ["point", "unicycle", "diff-drive"] {
+    for kind in ["point", "unicycle"] {
         all_arrive(&Maps::scenario("office.toml", &set(&[&format!("defaults.kind=\"{kind}\"")])));
     }
     all_arrive(&Maps::scenario("rooms.toml", &set(&[])));
