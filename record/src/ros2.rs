@@ -19,6 +19,7 @@ const CHUNK_BYTES: usize = 1 << 20;
 const CUBE: i32 = 1;
 const CYLINDER: i32 = 3;
 const LINE_STRIP: i32 = 4;
+const LINE_LIST: i32 = 5;
 
 /// A message in CDR: little-endian, every number at a multiple of its size.
 struct Cdr(Vec<u8>);
@@ -198,6 +199,11 @@ impl<'a, W: Write> Ros2Writer<'a, W> {
         markers.message.long(0);
         markers.begin("", "all", 0, 0, 3).point([0.0; 3]).yaw(0.0);
         markers.end([0.0; 3], [0.0; 4], &[]);
+        if let Some(map) = self.record.scenario().walls() {
+            let ends: Vec<_> = map.walls().flat_map(|wall| [wall.a, wall.b]).map(|end| [end.x, end.y, 0.0]).collect();
+            markers.begin("", "map", 0, LINE_LIST, 0).point([0.0; 3]).yaw(0.0);
+            markers.end([palette::LINE_M, 0.0, 0.0], palette::GREY, &ends);
+        }
         for (obstacle, index) in self.record.scenario().obstacles.iter().zip(0..) {
             let frame = palette::obstacle_frame(index);
             match obstacle.motion.is_some() {

@@ -22,7 +22,6 @@ fn single_and_lockstep_drive_the_same() {
 fn a_record_needs_no_other_file() {
     let folder = tempfile::tempdir().expect("a temporary directory");
     for file in ["office.toml", "office.yaml", "office.pgm"] {
-        #[expect(clippy::disallowed_methods, reason = "the files of the example")]
         std::fs::copy(example(file), folder.path().join(file)).expect("it is there");
     }
     let scenario = folder.path().join("office.toml");
@@ -32,7 +31,6 @@ fn a_record_needs_no_other_file() {
         let report = report_of(&shoal(&words));
         assert_eq!(report["outcome"]["contacts"]["obstacles"].as_u64().unwrap_or(0), 0, "{report:#}");
     }
-    #[expect(clippy::disallowed_methods, reason = "they are not needed any more")]
     std::fs::remove_file(folder.path().join("office.pgm")).expect("it was there");
     let ended = Run::new(SHOAL).words(&format!("validate {}", scenario.display())).end();
     assert!(ended.code == Some(2) && ended.stderr.contains("`office.yaml`: `office.pgm`: file not found"), "{ended}");

@@ -8,11 +8,17 @@ use geometry::route::{Ground, Progress, Route, Search, is_open, keeps_at};
 use nalgebra::{Point2, distance};
 
 /// Steps of the search in a tick: some milliseconds.
-const STEPS: usize = 8192;
+const STEPS: usize = 4096;
 /// A robot that has lost its way looks at this many corners before and behind the one that it heads for.
 const AROUND: usize = 8;
 /// It searches again at most this often, ticks.
 const PAUSE: u64 = 25;
+/// A corner counts as reached after this many ticks near it: what comes next need not be in sight then for a while, ticks.
+const NEAR: u32 = 4;
+const BLIND: u64 = 20;
+/// Near is this share of the radius, and what is driven in so many ticks.
+const NEAR_SHARE: f64 = 0.5;
+const NEAR_TICKS: f64 = 1.5;
 
 /// The way to a goal.
 pub(super) struct Course {
@@ -23,12 +29,16 @@ pub(super) struct Course {
     route: Option<Route>,
     /// The corner that it heads for.
     next: usize,
+    /// For how many ticks it has been near that.
+    near: u32,
+    /// Until this tick it heads for that whether it sees it or not.
+    blind: u64,
 }
 
 impl Course {
     fn new(input: &PlanInput<'_>) -> Course {
         let search = Some(Search::new(input.radius_m, input.position, input.goal));
-        Course { goal: input.goal, search, begun: input.tick, route: None, next: 0 }
+        Course { goal: input.goal, search, begun: input.tick, route: None, next: 0, near: 0, blind: 0 }
     }
 
     /// What to head for; `course` is what is known of the way to the present goal.
@@ -67,10 +77,18 @@ impl Course {
             is_open(ground, [from, route.corners[index]], keeps_m)
         };
         let mut next = self.next;
+        // A way turns where there is just enough room, and a body that is a little beside it may not see the next leg: it slides
+        // along the wall then.
+        let near_m = (NEAR_SHARE * input.radius_m).max(NEAR_TICKS * input.limits.speed_mps_max * input.dt_s);
+        let is_near = next < last && distance(&from, &route.corners[next]) <= near_m;
+        self.near = if is_near { self.near + 1 } else { 0 };
         let is_lost = if next < last && sees(next + 1) {
             next += 1;
             false
-        } else if sees(next) {
+        } else if self.near >= NEAR {
+            (next, self.near, self.blind) = (next + 1, 0, input.tick + BLIND);
+            false
+        } else if input.tick < self.blind || sees(next) {
             false
         } else {
             let around = next.saturating_sub(AROUND)..=(next + AROUND).min(last);

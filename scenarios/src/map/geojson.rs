@@ -7,8 +7,8 @@ use geometry::{Capsule, Map};
 use nalgebra::Point2;
 use serde_json::Value;
 
-/// A parsed file takes some twenty times its size.
-const BYTES_MAX: u64 = 16 << 20;
+/// A parsed file takes up to fifty times its size.
+const BYTES_MAX: u64 = 8 << 20;
 
 /// Reads a map.
 pub(super) fn read(path: &str, source: &Source<'_>) -> Result<Map, Bad> {

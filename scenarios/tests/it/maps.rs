@@ -115,7 +115,12 @@ fn shades_mean_what_the_file_says() {
         transparent(0),
         ["#...", "....", "...."],
     );
-    check(("0.65\nfree_thresh: 0.25", "0.2\nfree_thresh: 0.1"), "map_unknown = \"free\"", transparent(0), ["#...", ".#..", "...."]);
+    check(
+        ("0.65\nfree_thresh: 0.25", "0.2\nfree_thresh: 0.1"),
+        "map_unknown = \"free\"",
+        transparent(0),
+        ["#...", ".#..", "...."],
+    );
     // `raw`: percent; what is above 100 is unknown.
     let raw: Vec<u8> = [b"P5 4 3 255\n".as_slice(), &[0, 0, 0, 0, 0, 200, 0, 0, 100, 0, 0, 0]].concat();
     check(("negate: 0", "negate: 0\nmode: raw"), "", raw.clone(), ["#...", ".#..", "...."]);
