@@ -36,7 +36,9 @@ pub(super) fn run(run: &Run<'_>, _: Scenario, goes_on: &dyn Fn() -> bool) -> Res
     input.write_all(run.scenario.text.as_bytes()).and_then(|()| input.rewind()).map_err(io_failed)?;
     let mut command = shoal("run");
     command.arg("-").args(run.options()).args(["--format", "json"]);
-    if let Some(folder) = file_of(OsStr::new(&run.scenario.name)).and_then(Path::parent) {
+    // A name without a directory is of a file in this one, where `shoal run` looks by itself.
+    let folder = file_of(OsStr::new(&run.scenario.name)).and_then(Path::parent);
+    if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty()) {
         command.arg("--beside").arg(folder);
     }
     // Of its own group: Ctrl-C is for the sweep, which asks its fleets to end.
