@@ -63,7 +63,7 @@ fn drawn(scenario: &Scenario) -> Vec<String> {
     let walls = scenario.walls().expect("it has a map");
     let raster = walls.raster().expect("it has cells");
     let cell = |column: u32, row: u32| {
-        walls.is_solid(raster.at(f64::from(column) + 0.5, f64::from(row) + 0.5)).then_some('#').unwrap_or('.')
+        if walls.is_solid(raster.at(f64::from(column) + 0.5, f64::from(row) + 0.5)) { '#' } else { '.' }
     };
     (0..raster.rows).map(|row| (0..raster.columns).map(|column| cell(column, row)).collect()).collect()
 }
