@@ -30,7 +30,7 @@ proptest! {
         let map = Map::build(&walls, false, None).unwrap();
         prop_assert_eq!(map.len(), walls.len());
         let all: Vec<Capsule> = map.walls().collect();
-        let mut left: Vec<Capsule> = walls.clone();
+        let mut left: Vec<Capsule> = walls;
         for wall in &all {
             let place = left.iter().position(|known| known == wall);
             prop_assert!(place.is_some(), "{wall:?} is not one of them");
