@@ -169,7 +169,7 @@ fn after_a_fleet_whose_agents_are_somebody_elses() {
 fn after_agents_have_ended_that_started_others() {
     let dir = TempDir::new().unwrap();
     let mark = (30_000_000 + std::process::id()).to_string();
-    let agent = script(dir.path(), "agent", &format!("#!/bin/sh\nsleep {mark} &\n"));
+    let agent = script(dir.path(), "agent", &format!("#!/bin/sh\nsleep {mark} &\nsleep 0.5\n"));
     let run = Run::scenario(&lanes(2, 0.1)).mode("lockstep").set(&format!("defaults.agent={agent:?}"));
     let mut fleet = run.start();
     let root = fleet.root();
