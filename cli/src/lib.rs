@@ -5,13 +5,12 @@
 //! source          where scenarios come from       file, record what people keep
 //! progress, out   what people see during a run    sink         where a report goes
 //! talk, repeats   standard error                  exit         codes and failures
-//! own_limits      what the process itself needs  complete     words for a shell
+//! own_limits      what the process itself needs
 //! ```
 
 pub mod args;
 pub mod begin;
 mod beside;
-pub mod complete;
 pub mod exit;
 pub mod file;
 pub mod out;

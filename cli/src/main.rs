@@ -4,7 +4,7 @@ use clap::Parser;
 use clap::error::ErrorKind;
 use shoal::args::{self, Cli, Verb};
 use shoal::exit::{self, Failure};
-use shoal::{complete, out, verbs};
+use shoal::{out, verbs};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -20,7 +20,7 @@ fn main() -> ExitCode {
 /// Not a part of `main`: its frame needs more stack than there may be.
 #[inline(never)]
 fn obey() -> ExitCode {
-    complete::answer();
+    verbs::completions::answer();
     let cli = match Cli::try_parse_from(std::env::args_os().map(args::not_an_option)) {
         Ok(cli) => cli,
         Err(error) => {

@@ -28,7 +28,7 @@ pub fn answer() {
 ///
 /// # Errors
 /// When the text cannot be made.
-pub fn registration(shell: Shell) -> io::Result<Vec<u8>> {
+pub(super) fn registration(shell: Shell) -> io::Result<Vec<u8>> {
     let mut text = Vec::new();
     let shells = Shells::builtins();
     let known = shells.completer(shell.name()).ok_or(io::ErrorKind::Unsupported)?;
