@@ -1,7 +1,7 @@
 //! What a robot heads for: along a shortest way where it knows what stands, else straight to its goal.
 //!
 //! Past obstacles of the scenario it is found in a graph of tangents ([`way`](crate::way)), which is exact and takes in every
-//! obstacle. A map has too many walls for that: there a search over cells finds it ([`course`]), a bounded number of steps per
+//! obstacle. A map has too many walls for that: there a search over cells finds it (module `course`), a bounded number of steps per
 //! tick.
 
 mod course;
