@@ -2,7 +2,7 @@
 //!
 //! The lattice covers the ground, and only what the search looks at is kept. Its cells are at most half as wide as the radius,
 //! and are those of the map or an even part of them, so that the middle of a corridor of cells is among them. A step between two
-//! cells keeps its distance from walls because both cells keep a little more ([`Lattice::cell_keeps_m`]); nothing else is asked
+//! cells keeps its distance from walls because both cells keep a little more (`Lattice::cell_keeps_m`); nothing else is asked
 //! of a step. The search can stop after any number of steps and go on later, so that a robot need not think for longer than a
 //! tick. A way is found wherever there is one that keeps this much room; it is as short as the string can make it, which
 //! is mostly within a few percent of the shortest.
