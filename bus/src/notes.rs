@@ -13,7 +13,7 @@ const DIRECTORY: &str = "notes";
 const BYTES: usize = 64 * 1024;
 const BYTES_PER_ROBOT: usize = 1024;
 
-/// What the rings of so many robots take, bytes, and those of earlier lives that the recorder has not emptied yet.
+/// Memory of the rings of this number of robots, bytes, with rings of earlier incarnations that the recorder has not emptied yet.
 pub(crate) fn bytes_needed(max_robots: u32) -> u64 {
     let robots = u64::from(max_robots);
     robots * (BYTES as u64 + BYTES_PER_ROBOT as u64 * robots) * 5 / 4

@@ -210,7 +210,7 @@ int run(int argc, char **argv, Plan plan) {
         } catch (const std::exception &error) {
             std::fprintf(stderr, "error: robot `%s`: %s\n", view->name, error.what());
         } catch (...) {
-            std::fprintf(stderr, "error: robot `%s`: an exception that is no std::exception\n", view->name);
+            std::fprintf(stderr, "error: robot `%s`: an exception other than a std::exception\n", view->name);
         }
         return 1;
     };

@@ -81,7 +81,7 @@ pub unsafe extern "C" fn shoal_normal(random: *mut c_void) -> f64 {
 unsafe fn words(argc: c_int, argv: *const *mut c_char) -> Vec<String> {
     let count = if argv.is_null() { 0 } else { usize::try_from(argc).unwrap_or(0) };
     let word = |index| {
-        // SAFETY: the caller promises that there are so many strings.
+        // SAFETY: the caller promises this number of strings.
         let word = unsafe { *argv.add(index) };
         if word.is_null() {
             return String::new();

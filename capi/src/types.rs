@@ -1,4 +1,4 @@
-//! What C sees: plain structs, made anew for every tick.
+//! What C sees: plain structs, filled again for every tick.
 #![expect(non_camel_case_types, reason = "the names are those of the header")]
 
 use robot_agent::model;

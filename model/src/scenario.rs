@@ -133,7 +133,7 @@ impl MapRef {
     /// The walls.
     ///
     /// # Panics
-    /// When they have not been attached: whoever reads a scenario does that first.
+    /// When they have not been attached: the reader of a scenario does that first.
     pub fn map(&self) -> &Map {
         self.map.as_ref().expect("the map of a scenario that was read has been attached")
     }
@@ -141,7 +141,7 @@ impl MapRef {
     /// Attaches the map that this scenario was kept with, from its bytes.
     ///
     /// # Errors
-    /// When they are no map, or another one.
+    /// When they are not a map, or are another map.
     pub fn attach(&mut self, bytes: impl AsRef<[u8]> + Send + Sync + 'static) -> Result<(), MapProblem> {
         let map = Map::read(bytes).map_err(MapProblem::Bad)?;
         if (map.len() as u32, map.checksum()) != (self.walls, self.checksum) {

@@ -88,7 +88,7 @@ def plan_error(
 ) -> BaseException:
     """The exception for a plan that failed: with the exception of the script, or with what is wrong with its answer."""
     if cause is not None and not isinstance(cause, Exception):
-        return cause  # KeyboardInterrupt and SystemExit are no errors of the planner.
+        return cause  # KeyboardInterrupt and SystemExit are not errors of the planner.
     file, line, name = place_of(plan)
     if cause is not None:
         file, line, name = _place_in(cause, file) or (file, line, name)

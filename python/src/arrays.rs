@@ -8,7 +8,7 @@ pub(crate) fn column<'py, T: Element + Copy>(
     py: Python<'py>,
     values: impl ExactSizeIterator<Item = T>,
 ) -> Bound<'py, PyArray1<T>> {
-    // SAFETY: every element is written before anything else sees the array, which nobody else has.
+    // SAFETY: every element is written before anything else sees the array, to which this is the only reference.
     unsafe {
         let array = PyArray1::new(py, values.len(), false);
         fill(array.as_slice_mut(), values);

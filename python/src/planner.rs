@@ -93,7 +93,7 @@ impl PythonPlanner {
         self.error(py, tick, None, Some(error))
     }
 
-    /// The error for an answer that is no plan.
+    /// The error for an answer that is not a plan.
     fn wrong(&self, py: Python<'_>, tick: u64, problem: &str) -> PyErr {
         self.error(py, tick, Some(problem), None)
     }

@@ -30,7 +30,7 @@ pub(crate) struct Seen {
     allowed: Vec<[f64; 3]>,
 }
 
-/// Makes it these, in the memory that is there if nobody else has it.
+/// Sets the walls, in the memory of the old ones if there is no other reference to it.
 fn refill(known: &mut Arc<Vec<Obstacle>>, obstacles: &[Obstacle]) {
     if known.is_empty() && obstacles.is_empty() {
         return;

@@ -1,4 +1,4 @@
-"""Robots with planners of shoal, in Python and in C++ in one fleet: one hash, whoever runs first."""
+"""Robots with planners of shoal, in Python and in C++ in one fleet: one hash, in whatever order they run."""
 
 import pathlib
 

@@ -146,7 +146,7 @@ impl Sink {
         if self.stuck {
             return Err(stuck(patience));
         }
-        // Nobody adds to the queue any more, so this ends.
+        // Nothing is added to the queue any more, so this ends.
         loop {
             let before = self.taken.load(Ordering::Relaxed);
             return match self.end.recv_timeout(patience) {

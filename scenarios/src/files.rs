@@ -1,4 +1,4 @@
-//! The files that a scenario names, such as its map. Whoever reads a scenario says where they are.
+//! The files that a scenario names, such as its map. The reader of a scenario says where they are.
 
 use std::fmt;
 

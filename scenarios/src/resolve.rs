@@ -120,7 +120,7 @@ fn bounds(node: &Node, walls: Option<&Map>) -> Bounds {
             let [low, high] = walls.bounds_m();
             [[low.x, high.x], [low.y, high.y]]
         }
-        // A map that could not be read has edges that nobody knows.
+        // The edges of a map that could not be read are unknown.
         None if node.has(table::World::map) => [FAR; 2],
         None => [[-10.0, 10.0]; 2],
     };

@@ -95,7 +95,7 @@ keys! {
 }
 
 choice! {
-    /// What cells are of which nobody knows what is there.
+    /// How unknown cells are treated.
     pub(crate) enum UnknownCells {
         Obstacle = "obstacle",
         Free = "free",

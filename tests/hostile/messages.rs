@@ -1,4 +1,4 @@
-//! Requests that make sense, requests that do not, and messages that are no requests.
+//! Requests that make sense, requests that do not, and messages that are not requests.
 
 use crate::random::Random;
 use model::{Fault, PaceChange, Rate, Task, TaskState};

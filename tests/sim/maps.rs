@@ -76,7 +76,7 @@ fn octile(rows: &[&str], from: [i64; 2], to: [i64; 2]) -> f64 {
     let mut lengths = vec![f64::INFINITY; width * rows.len()];
     lengths[index(from)] = 0.0;
     let mut open = vec![from];
-    // Whoever has become nearer tells its neighbours, until nobody has.
+    // A cell that has become nearer tells its neighbours, until none has.
     while let Some([x, y]) = open.pop() {
         for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)] {
             if free([x + dx, y + dy]) && free([x + dx, y]) && free([x, y + dy]) {

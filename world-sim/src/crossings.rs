@@ -7,7 +7,7 @@
 //! given it. A pair that does neither within [`LIMIT_S`] (one of them arrives, leaves, or both wait) is not counted.
 //!
 //! The rule is for the measure alone. No planner has to know it, and a planner with another rule that is kept by all may
-//! well take every right of way and touch nobody.
+//! well take every right of way without a contact.
 
 use crate::body::Body;
 use nalgebra::{Point2, Vector2};
@@ -163,7 +163,7 @@ mod tests {
         // The one to the east has the one to the north on its right hand.
         assert_eq!(cross(0.0, 0.2), (1, 0));
         assert_eq!(cross(0.2, 0.0), (1, 1));
-        // Nobody comes near anybody.
+        // They do not come near each other.
         assert_eq!((cross(0.0, 2.0), cross(2.0, 0.0)), ((0, 0), (0, 0)));
     }
 

@@ -92,7 +92,7 @@ pub struct World {
     stuck: Vec<RobotIndex>,
 
     shapes: Shapes,
-    /// The walls of the map, if there is one. They are no pieces.
+    /// The walls of the map, if there is one. They are not pieces.
     walls: Option<Walls>,
     /// Where bodies have weight and push each other.
     solid: Option<Solid>,

@@ -11,7 +11,7 @@ pub fn refuse(words: &[OsString]) -> Failure {
     refuse_below(&Cli::command(), "", words)
 }
 
-/// Refuses a page of man(1) for what is no verb.
+/// Refuses a page of man(1) for an unknown verb.
 pub fn refuse_page(words: &[OsString]) -> Failure {
     let command = Cli::command();
     match words {

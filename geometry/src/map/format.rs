@@ -15,7 +15,7 @@
 //! | 128 | 40 each | walls: ends ax, ay, bx, by, radius, m |
 //! | | 32 each | boxes: lowest x, y, highest x, y, m |
 //!
-//! A box of the lowest level holds [`FAN`] walls, one of another level as many boxes of the level below. How many there are
+//! A box of the lowest level holds [`FAN`] walls, one of another level the same number of boxes of the level below. How many there are
 //! follows from the number of walls.
 
 use super::{FAR_M, MapError, Raster, WALLS_MAX};

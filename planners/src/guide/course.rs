@@ -16,7 +16,7 @@ const PAUSE: u64 = 25;
 /// A corner counts as reached after this many ticks near it: what comes next need not be in sight then for a while, ticks.
 const NEAR: u32 = 4;
 const BLIND: u64 = 20;
-/// Near is this share of the radius, and what is driven in so many ticks.
+/// Near is this share of the radius, and the distance driven in this number of ticks.
 const NEAR_SHARE: f64 = 0.5;
 const NEAR_TICKS: f64 = 1.5;
 

@@ -92,7 +92,7 @@ fn lost_time_throughput_and_reversals_are_means_of_the_runs() {
     assert!(holds("straight:time_lost<=1") && !holds("time_lost<=1") && holds("time_lost<=5.75"));
     assert!(holds("throughput>=0.5") && !holds("throughput>0.5"));
     assert_eq!((other.crossings, other.right_of_way_violations), (40, 16), "of eight runs");
-    assert!(!holds("straight:right_of_way_violations==0"), "nobody crossed");
+    assert!(!holds("straight:right_of_way_violations==0"), "there was no crossing");
     assert!(
         holds("decentralized-apf:right_of_way_violations<=0.4")
             && !holds("decentralized-apf:right_of_way_violations<0.4")

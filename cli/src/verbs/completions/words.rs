@@ -16,10 +16,10 @@ use std::time::Duration;
 
 /// The variable with which a shell asks, and says which shell it is.
 const VARIABLE: &str = "SHOAL_COMPLETE";
-/// Nobody waits longer for a list of words.
+/// How long a fleet is waited for when its robots are listed.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Answers a shell that asks for words, and ends the process. Does nothing if nobody asks.
+/// Answers a shell that asks for words, and ends the process. Does nothing if no shell asks.
 pub fn answer() {
     CompleteEnv::with_factory(command).var(VARIABLE).complete();
 }
