@@ -2,8 +2,9 @@
 
 use crate::error::Error;
 use model::{Mode, Scenario};
-use scenarios::{Files, NoFiles, Overrides, Problems};
+use scenarios::{Files, NamedIn, NoFiles, Overrides, Problems};
 use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -40,9 +41,28 @@ impl ScenarioSource {
         ScenarioSource { name: name.into(), text_hash: fingerprint(text.as_bytes()), text, files: no_files() }
     }
 
-    /// The same with the files that it names.
+    /// The same with the files that it names. Their contents are in the fingerprint: a map that has changed is another scenario.
     pub fn with_files(self, files: impl Files + Send + Sync + 'static) -> ScenarioSource {
-        ScenarioSource { files: Arc::new(files), ..self }
+        let watched = Watched { files: &files, bytes: RefCell::new(self.text.clone().into_bytes()) };
+        // Problems are reported when the runs are checked.
+        let _ = scenarios::parse_with_files(&self.name, &self.text, &Overrides::default(), &watched);
+        let text_hash = fingerprint(&watched.bytes.into_inner());
+        ScenarioSource { files: Arc::new(files), text_hash, ..self }
+    }
+}
+
+/// Files, and the bytes of all that were read, behind each other.
+#[derive(Debug)]
+struct Watched<'a> {
+    files: &'a dyn Files,
+    bytes: RefCell<Vec<u8>>,
+}
+
+impl Files for Watched<'_> {
+    fn read(&self, path: &str, named_in: NamedIn, bytes_max: u64) -> Result<Vec<u8>, String> {
+        let read = self.files.read(path, named_in, bytes_max)?;
+        self.bytes.borrow_mut().extend_from_slice(&read);
+        Ok(read)
     }
 }
 
@@ -363,6 +383,27 @@ pub(crate) mod tests {
             varied: vec![varied("radio.drop=0,0.5"), varied("defaults.params={ a = 1, b = 2 },{}")],
             seeds: vec![7, 0, 3],
         }
+    }
+
+    /// A map of this text, whatever it is called.
+    #[derive(Debug)]
+    struct OneMap(&'static str);
+
+    impl Files for OneMap {
+        fn read(&self, _: &str, _: NamedIn, _: u64) -> Result<Vec<u8>, String> {
+            Ok(self.0.as_bytes().to_vec())
+        }
+    }
+
+    #[test]
+    fn another_map_is_another_scenario() {
+        let source = |text: &str, map| ScenarioSource::new("a.toml", text).with_files(OneMap(map));
+        let [one, other] = ["type octile\nheight 1\nwidth 2\nmap\n..\n", "type octile\nheight 1\nwidth 2\nmap\n.@\n"];
+        let with_map = "[world]\nmap = \"a.map\"\n";
+        assert_eq!(source(with_map, one), source(with_map, one));
+        assert_ne!(source(with_map, one), source(with_map, other));
+        assert_eq!(source("", one), source("", other), "it names no map");
+        assert_eq!(source("", one), ScenarioSource::new("a.toml", ""));
     }
 
     #[test]
