@@ -6,11 +6,12 @@
 use crate::agent::AgentCommand;
 use crate::body::{BodyKind, Dynamics, Limits, Physics, Wheels};
 use crate::choice;
+use crate::map::MapRef;
 use crate::params::ParamValues;
 use crate::problem::Problem;
 use crate::radio::Radio;
 use crate::timeline::{Fault, TimelineAction, TimelineEvent};
-use geometry::{ArmGeometry, ArmState, Capsule, Map, MapError};
+use geometry::{ArmGeometry, ArmState, Capsule, Map};
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
@@ -100,68 +101,6 @@ impl Scenario {
         self.obstacles.iter().map(|obstacle| obstacle.shape.piece_count() as u32).sum::<u32>() + arms as u32
     }
 }
-
-/// The map of a scenario. Where a scenario is kept, its map is kept beside it: what is read says which map it was, and that has to
-/// be [attached](MapRef::attach) before the scenario is used.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MapRef {
-    /// The file that it was read from, as the scenario names it.
-    pub file: String,
-    /// How many walls it has.
-    pub walls: u32,
-    /// The checksum over its bytes.
-    pub checksum: u64,
-    #[serde(skip)]
-    map: Option<Map>,
-}
-
-/// Why a map cannot be attached to a scenario.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum MapProblem {
-    /// It is none.
-    Bad(MapError),
-    /// It is another one.
-    Other,
-}
-
-impl MapRef {
-    /// A map that was read from this file.
-    pub fn new(file: String, map: Map) -> MapRef {
-        MapRef { file, walls: map.len() as u32, checksum: map.checksum(), map: Some(map) }
-    }
-
-    /// The walls.
-    ///
-    /// # Panics
-    /// When they have not been attached: the reader of a scenario does that first.
-    pub fn map(&self) -> &Map {
-        self.map.as_ref().expect("the map of a scenario that was read has been attached")
-    }
-
-    /// Attaches the map that this scenario was kept with, from its bytes.
-    ///
-    /// # Errors
-    /// When they are not a map, or are another map.
-    pub fn attach(&mut self, bytes: impl AsRef<[u8]> + Send + Sync + 'static) -> Result<(), MapProblem> {
-        let map = Map::read(bytes).map_err(MapProblem::Bad)?;
-        if (map.len() as u32, map.checksum()) != (self.walls, self.checksum) {
-            return Err(MapProblem::Other);
-        }
-        self.map = Some(map);
-        Ok(())
-    }
-}
-
-impl std::fmt::Display for MapProblem {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            MapProblem::Bad(error) => error.fmt(f),
-            MapProblem::Other => f.write_str("it is not the map of this scenario"),
-        }
-    }
-}
-
-impl std::error::Error for MapProblem {}
 
 /// A rectangle, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
