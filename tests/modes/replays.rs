@@ -24,11 +24,15 @@ fn check(line: &str) {
     assert_eq!((&document["equal"], &verdict["is_whole"]), (&Value::Bool(true), &Value::Bool(true)), "{document:#}");
     assert_eq!(verdict["unverified"], Value::Array(Vec::new()), "{line}: {document:#}");
     let count = |key: &str| verdict[key].as_u64().unwrap_or(0);
-    assert!(count("commands") > 0 && count("steps") >= count("commands"), "{line}: {document:#}");
-    // On a machine that is very busy a `realtime` world leaves out frames rather than wait for the disk.
+    assert!(count("commands") > 0 && count("steps") > 0, "{line}: {document:#}");
     let left_out = record::Record::open(&path).expect("a record").left_out();
     assert_eq!(count("frames") + left_out, count("ticks") + 1, "{line}: {document:#}");
-    assert!(left_out == 0 || line.contains("realtime"), "{line}: {left_out} frames left out");
+    // On a machine that is very busy a `realtime` world holds the command of a robot that missed a period, and leaves out frames
+    // rather than wait for the disk.
+    if !line.contains("realtime") {
+        assert!(count("steps") >= count("commands"), "{line}: {document:#}");
+        assert_eq!(left_out, 0, "{line}: frames left out");
+    }
 }
 
 #[test]
