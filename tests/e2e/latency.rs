@@ -154,9 +154,14 @@ fn beside_hogs_the_scheduler_is_to_blame() {
         eprintln!("skipped: bare timers are on time beside eight hogs: {bare:?}");
         return;
     }
-    assert_eq!(report["verdict"], "starved", "{bare:?}\n{ended}");
     let blame = &report["latency"]["blame"];
     assert_adds_up(blame);
+    // Some schedulers wake a fleet in time that bare timers beside it wait for: then there is nothing to blame.
+    if count(&blame["late"]) * 50 < count(&report["latency"]["periods"]) {
+        eprintln!("skipped: the fleet is on time beside eight hogs: {bare:?}");
+        return;
+    }
+    assert_eq!(report["verdict"], "starved", "{bare:?}\n{ended}");
     // A machine that stands still as a whole is in no counter of its scheduler. Bare timers tell how much of the lateness that
     // was: where they waited for the processor, so did the fleet.
     let [scheduler, neither, late] = ["scheduler", "neither", "late"].map(|cause| count(&blame[cause]));
