@@ -7,6 +7,7 @@ mod errors;
 mod files;
 mod help;
 mod output;
+mod packaging;
 mod setup;
 mod support;
 mod sweep;
