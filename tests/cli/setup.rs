@@ -1,7 +1,9 @@
 //! What one does once: a scenario to begin with, completions, man pages.
 
 use crate::support::{Here, SHOAL, shoal};
+use shoal_tests::process::Run;
 use std::collections::BTreeSet;
+use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
 #[test]
@@ -23,6 +25,52 @@ fn a_new_scenario_is_valid_runs_and_is_not_written_over() {
     let refused = here.shoal("new taken");
     assert_eq!(refused.code, Some(3), "{refused}");
     assert!(refused.stderr.contains("directory `taken`"), "{refused}");
+}
+
+#[test]
+fn a_planner_in_python_is_added_and_says_what_it_needs() {
+    let here = Here::new();
+    let made = here.shoal("new --python mine");
+    assert_eq!(made.code, Some(0), "{made}");
+    assert!(made.stdout.contains("mine/planner.py") && made.stdout.contains("\n  cd mine\n"), "{made}");
+    let read = |name: &str| std::fs::read_to_string(here.path().join("mine").join(name)).expect("it is there");
+    let (fleet, planner) = (read("fleet.toml"), read("planner.py"));
+    assert!(fleet.contains("\nagent = [\"python3\", \"planner.py\"]\n") && !fleet.contains("lanes"), "{fleet}");
+    let body = planner.split("def plan(view):").nth(1).expect("a function").split("if __name__").next().expect("text");
+    let code = body.lines().filter(|line| !line.trim().is_empty() && !line.trim().starts_with(['#', '"'])).count();
+    assert!((10..=20).contains(&code), "{code} lines");
+    let valid = here.shoal("validate mine/fleet.toml");
+    assert_eq!((valid.code, valid.stderr.contains("warning")), (Some(0), false), "{valid}");
+    // Neither file is written over, and none is written if one is there.
+    std::fs::remove_file(here.path().join("mine/fleet.toml")).expect("it is there");
+    here.file("mine/planner.py", "mine");
+    let again = here.shoal("new --python mine");
+    assert_eq!(again.code, Some(2), "{again}");
+    assert!(again.stderr.contains("planner `mine/planner.py`") && again.stderr.contains("\nhint: "), "{again}");
+    assert_eq!(read("planner.py"), "mine");
+    assert!(!here.path().join("mine/fleet.toml").exists());
+    // Here stands an agent of shoal for Python, which these tests do without; with the wheel, python/tests runs it.
+    here.file("mine/planner.py", planner).file("mine/fleet.toml", fleet);
+    let bin = here.path().join("bin");
+    std::fs::create_dir(&bin).expect("it is new");
+    let run = || {
+        let run =
+            Run::new(SHOAL).words("run fleet.toml --mode lockstep --format json").within(&here.path().join("mine"));
+        run.env("PATH", &bin.display().to_string()).end()
+    };
+    let missing = run();
+    assert_eq!(missing.code, Some(3), "{missing}");
+    for words in ["robot `west`", "agent `python3 planner.py`", "`python3` is not in PATH", "\nhint: "] {
+        assert!(missing.stderr.contains(words), "{words}: {missing}");
+    }
+    here.file(
+        "bin/python3",
+        format!("#!/bin/sh\n[ \"$1\" = planner.py ] && [ -f \"$1\" ] || exit 9\nshift\nexec {SHOAL} agent \"$@\"\n"),
+    );
+    std::fs::set_permissions(bin.join("python3"), PermissionsExt::from_mode(0o755)).expect("it is ours");
+    let ran = run();
+    assert_eq!(ran.code, Some(0), "{ran}");
+    assert!(ran.stdout.contains("\"arrived_all\": true"), "{ran}");
 }
 
 /// The words that a shell gets for the last of these, which has been begun.

@@ -9,12 +9,18 @@ use std::path::PathBuf;
 Examples:
   shoal new my-fleet                        makes my-fleet/fleet.toml
   shoal run my-fleet/fleet.toml --view      and watch it drive
+  shoal new --python my-planner             makes fleet.toml and planner.py
+  cd my-planner; shoal run fleet.toml       and run the script for each robot
 
-The scenario has a comment on every key that it sets: change it and run again.")]
+The scenario has a comment on every key that it sets: change it and run again.
+A planner in Python needs the wheel `shoal-fleet`.")]
 pub struct NewArgs {
     /// Directory to make; one that exists is added to
     #[arg(value_name = "DIRECTORY")]
     pub directory: PathBuf,
+    /// Add a planner in Python, as the agent of every robot
+    #[arg(long)]
+    pub python: bool,
 }
 
 /// A shell that can complete what is typed.
