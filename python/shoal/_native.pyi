@@ -63,6 +63,9 @@ class Robot:
     def params(self) -> Dict[str, Any]:
         """The parameters that the scenario gives for that planner."""
     @property
+    def map(self) -> Obstacles:
+        """The fixed obstacles and all walls of the world, if the robot knows the map (``knows_map``)."""
+    @property
     def random(self) -> np.random.Generator:
         """Its stream of random numbers; see :attr:`View.random`."""
 
@@ -73,7 +76,7 @@ class Obstacles:
     def __len__(self) -> int: ...
     @property
     def id(self) -> NDArray[np.uint32]:
-        """Names the obstacle. Shape (n,)."""
+        """Names the obstacle: the edges of one polygon share it, each wall of a map has its own. Shape (n,)."""
     @property
     def a(self) -> NDArray[np.float64]:
         """One end of the core, m. Shape (n, 2)."""
@@ -184,10 +187,10 @@ class View:
         """The robots that are heard on the radio."""
     @property
     def obstacles(self) -> Obstacles:
-        """What the sensors see: obstacles, and the bodies of robots that are not heard."""
+        """What the sensors see: obstacles, walls of the map, and the bodies of robots that are not heard."""
     @property
     def map(self) -> Obstacles:
-        """The fixed obstacles of the whole world, if the robot knows the map (``knows_map``)."""
+        """The fixed obstacles and all walls of the world, if the robot knows the map (``knows_map``); the same in every tick."""
     @property
     def allowed(self) -> NDArray[np.float64]:
         """The velocities that the filter allows, as rows (nx, ny, bound): ``nx * vx + ny * vy <= bound``; without a filter there

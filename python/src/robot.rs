@@ -1,12 +1,13 @@
 //! What stays the same of a robot as long as its process runs.
 
-use model::{BodyKind, ParamValue};
+use model::{BodyKind, MapRef, ParamValue};
 use numpy::{PyArray1, PyArray2};
+use planners::Obstacle;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 use robot_agent::AgentSpec;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::arrays::{column, rows};
 
@@ -14,16 +15,32 @@ use crate::arrays::{column, rows};
 pub(crate) struct RobotData {
     pub(crate) spec: AgentSpec,
     random: PyOnceLock<Py<PyAny>>,
+    /// Made when it is asked for: a map can have a million walls.
+    map: OnceLock<Arc<Vec<Obstacle>>>,
 }
 
 impl RobotData {
     pub(crate) fn new(spec: AgentSpec) -> Arc<RobotData> {
-        Arc::new(RobotData { spec, random: PyOnceLock::new() })
+        Arc::new(RobotData { spec, random: PyOnceLock::new(), map: OnceLock::new() })
     }
 
     /// The robot's name.
     pub(crate) fn name(&self) -> &str {
         &self.spec.robot.id
+    }
+
+    /// The fixed obstacles and all walls that the robot knows before it has seen any.
+    pub(crate) fn map(&self) -> Obstacles {
+        let all = || {
+            let walls = self.spec.walls.as_ref().filter(|_| self.spec.robot.knows_map).map(MapRef::map);
+            let walls = walls.into_iter().flat_map(|walls| (0..).zip(walls.walls()));
+            let fixed = self.spec.map.iter().map(|piece| {
+                let velocity = nalgebra::Vector2::zeros();
+                Obstacle { id: piece.id, shape: piece.shape, velocity }
+            });
+            Arc::new(fixed.chain(walls.map(|(index, wall)| Obstacle::wall(index, wall))).collect())
+        };
+        Obstacles(Arc::clone(self.map.get_or_init(all)))
     }
 
     /// Its stream of random numbers, a `numpy.random.Generator`.
@@ -115,6 +132,12 @@ impl Robot {
         Ok(params)
     }
 
+    /// The fixed obstacles and all walls of the world, if the robot knows the map.
+    #[getter]
+    fn map(&self) -> Obstacles {
+        self.0.map()
+    }
+
     /// The robot's stream of random numbers, a `numpy.random.Generator`.
     #[getter]
     fn random(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
@@ -186,7 +209,7 @@ pub(crate) fn form_of(kind: BodyKind) -> &'static str {
 
 /// Obstacles, as arrays with a row for each collider.
 #[pyclass(frozen, module = "shoal", name = "Obstacles")]
-pub(crate) struct Obstacles(pub(crate) Arc<Vec<planners::Obstacle>>);
+pub(crate) struct Obstacles(pub(crate) Arc<Vec<Obstacle>>);
 
 #[pymethods]
 impl Obstacles {
@@ -194,7 +217,7 @@ impl Obstacles {
         self.0.len()
     }
 
-    /// Names the obstacle: the edges of one polygon share it. Shape (n,), uint32.
+    /// Names the obstacle: the edges of one polygon share it; each wall of a map has its own. Shape (n,), uint32.
     #[getter]
     fn id<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         column(py, self.0.iter().map(|obstacle| obstacle.id))

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use scenarios::{Files, NamedIn, Overrides, Problems};
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 /// The files that a scenario names, such as its map: beside its own.
@@ -18,12 +18,24 @@ impl Files for Folder {
             NamedIn::Scenario => self.0.join(path),
             NamedIn::Option => Path::new(path).to_path_buf(),
         };
+        // In the words of the command line.
+        let file = File::open(&path).and_then(|file| {
+            if file.metadata()?.len() > bytes_max { Err(ErrorKind::FileTooLarge.into()) } else { Ok(file) }
+        });
         let mut bytes = Vec::new();
-        let read = File::open(&path).and_then(|file| file.take(bytes_max + 1).read_to_end(&mut bytes));
+        // A device has no size, and is read up to the bound.
+        let read = file.and_then(|file| file.take(bytes_max + 1).read_to_end(&mut bytes));
+        let too_large = || format!("it is larger than {} KiB", bytes_max >> 10);
         match read {
-            Err(error) => Err(format!("`{}`: {error}", path.display())),
-            Ok(_) if bytes.len() as u64 > bytes_max => Err(format!("it is larger than {} KiB", bytes_max >> 10)),
+            Ok(_) if bytes.len() as u64 > bytes_max => Err(too_large()),
             Ok(_) => Ok(bytes),
+            Err(error) => Err(match error.kind() {
+                ErrorKind::NotFound => format!("file not found (`{}`)", path.display()),
+                ErrorKind::IsADirectory => "it is a directory".to_owned(),
+                ErrorKind::FileTooLarge => too_large(),
+                ErrorKind::PermissionDenied => "it may not be read".to_owned(),
+                _ => error.to_string(),
+            }),
         }
     }
 }

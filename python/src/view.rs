@@ -25,12 +25,11 @@ pub(crate) struct Seen {
     joints_rad: Option<[f64; 2]>,
     neighbors: Vec<Neighbor>,
     obstacles: Arc<Vec<Obstacle>>,
-    map: Arc<Vec<Obstacle>>,
     /// Normal and bound of each half-plane of allowed velocities.
     allowed: Vec<[f64; 3]>,
 }
 
-/// Sets the walls, in the memory of the old ones if there is no other reference to it.
+/// Sets the obstacles, in the memory of the old ones if there is no other reference to it.
 fn refill(known: &mut Arc<Vec<Obstacle>>, obstacles: &[Obstacle]) {
     if known.is_empty() && obstacles.is_empty() {
         return;
@@ -63,10 +62,6 @@ impl Seen {
         self.neighbors.clear();
         self.neighbors.extend_from_slice(input.neighbors);
         refill(&mut self.obstacles, input.obstacles);
-        // The map stays what it is.
-        if self.map.len() != input.map.len() {
-            self.map = Arc::new(input.map.to_vec());
-        }
         self.allowed.clear();
         self.allowed.extend(input.allowed.iter().map(|half| {
             // To the left of the line is inside: the normal points to the right.
@@ -199,16 +194,16 @@ impl View {
         Neighbors(Arc::clone(&self.seen))
     }
 
-    /// What the sensors see: obstacles, and the bodies of robots that are not heard.
+    /// What the sensors see: obstacles, walls of the map, and the bodies of robots that are not heard.
     #[getter]
     fn obstacles(&self) -> Obstacles {
         Obstacles(Arc::clone(&self.seen.obstacles))
     }
 
-    /// The fixed obstacles of the whole world, if the robot knows the map.
+    /// The fixed obstacles and all walls of the world, if the robot knows the map.
     #[getter]
     fn map(&self) -> Obstacles {
-        Obstacles(Arc::clone(&self.seen.map))
+        self.robot.map()
     }
 
     /// The velocities that the filter allows, as rows (nx, ny, bound): allowed is `nx * vx + ny * vy <= bound`. Without a
