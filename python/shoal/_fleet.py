@@ -156,7 +156,7 @@ class Sweep:
     Attributes:
         runs: a dict for each run, in the order of the plan: scenario, planner, seed, ``success``, metrics
             (docs/sweep.md); varied keys are columns of their own. ``pandas.DataFrame(sweep.runs)`` and
-            ``polars.DataFrame(sweep.runs)`` make tables of them.
+            ``polars.DataFrame(sweep.runs, infer_schema_length=None)`` make tables of them.
         robots: a dict for each robot of each run.
         summary: what all runs say, as in ``summary.json``; ``None`` while the sweep has not ended.
         plan: what was to be run, as in ``sweep.json``.

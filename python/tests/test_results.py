@@ -3,8 +3,10 @@
 import sqlite3
 import subprocess
 
+import duckdb
 import numpy as np
 import pandas
+import polars
 import pytest
 from conftest import HERE
 from planner import plan
@@ -77,6 +79,23 @@ def test_a_sweep_is_the_same_from_python_and_from_the_command_line(tmp_path):
         shoal.sweep("head-on", planners=["apff"], out=tmp_path / "wrong")
     with pytest.raises(shoal.RecordError, match="it is not that of a sweep"):
         shoal.load_sweep(tmp_path)
+
+
+def test_other_programs_read_a_sweep_whose_first_runs_lack_values(tmp_path):
+    vary = {"clock.duration_s": [0.2, 15]}
+    sweep = shoal.sweep("head-on", planners=["orca"], seeds=101, vary=vary, out=tmp_path / "sweep")
+    missing = [run["makespan_s"] is None for run in sweep.runs]
+    assert len(missing) == 202 and all(missing[:101]) and not any(missing[101:])
+    query = "select count(*), count(makespan_s), sum(makespan_s) from {}"
+    frame_of_pandas = pandas.DataFrame(sweep.runs)
+    expected = (202, 101, pytest.approx(frame_of_pandas["makespan_s"].sum()))
+    frame = polars.DataFrame(sweep.runs, infer_schema_length=None)
+    assert frame.columns == list(frame_of_pandas.columns)
+    # DuckDB finds the frame by the name of the variable.
+    assert duckdb.sql(query.format("frame_of_pandas")).fetchall() == [expected]
+    with sqlite3.connect(sweep.database) as database:
+        assert database.execute(query.format("run")).fetchone() == expected
+    assert (len(frame), frame["makespan_s"].count(), frame["makespan_s"].sum()) == expected
 
 
 def test_rows_of_own_planners_are_a_table_too():
