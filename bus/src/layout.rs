@@ -57,7 +57,7 @@ fn tables() -> String {
     page += "\n### Entries of a robot's board\n";
     message!(page, SharedPose from SharedPose::default(); tick stamp_ns x_m y_m yaw_rad vx_mps vy_mps radius_m joints_rad
         remaining_m next_x_m next_y_m far_x_m far_y_m spare_m brake_m intent pull push flags speed_mps_max);
-    message!(page, SharedIntent from SharedIntent::default(); wish_x_mps wish_y_mps left_m way_m corner_x_m corner_y_m slow lag);
+    message!(page, SharedIntent from SharedIntent::default(); wish_x_mps wish_y_mps left_m rank corner_x_m corner_y_m slow lag);
     message!(page, Command from Command::default(); tick stamp_ns odometry_stamp_ns form incarnation first second plan hold_ticks
         filtered reserved);
     message!(page, SharedBorders from SharedBorders::default(); tick borders);

@@ -7,11 +7,14 @@
 //! 1. **Way.** The wish leads along the shortest way on the known map ([`way`](crate::way)), without a map past what has been seen.
 //! 2. **One common right-hand turn.** If all robots turn their wishes to the right by b, the relative wishes turn by b too. b is the
 //!    smallest turn after which none of the robots that are heard is on a course of contact. Rings and crossings become
-//!    roundabouts, opposite streams become lanes.
+//!    roundabouts, opposite streams become lanes. A robot turns at least as far as those close to its left that go the same way:
+//!    otherwise the outermost of a stream, which has nothing before it, would keep the others from the side.
 //! 3. **Right of way** (`has_way`): who has arrived gives way; of two that go the same way the one that is nearer to its
-//!    goal goes first; of two that hinder each other and are stuck the one with the longer way goes first. Who gives way takes
-//!    the whole evasion, from the other one's wish; who has way takes none. Who makes room in a throng says so, and has way before
-//!    those behind that want the same way: they go back as well, one after the other, until there is room.
+//!    goal goes first; of two that hinder each other and are stuck the one with the greater rank goes first. The rank is the
+//!    direction in which the robot set out, so that all that go one way through a door go before all that come the other way. Who
+//!    had to leave its goal again has the least. Who gives way takes the whole evasion, from the other one's wish; who has way takes
+//!    none. Who makes room in a throng says so, and has way before those behind that want the same way: they go back as well, one
+//!    after the other, until there is room.
 //! 4. **Velocity.** The nearest to the turned wish within hard and soft half-planes. Hard: what the filter behind it allows, that is
 //!    this robot's own part of each gap ([`filter`](crate::filter)). Soft: those of ORCA ([`orca`](crate::orca)) for a short
 //!    horizon; where not all can hold they give way evenly.
@@ -42,7 +45,7 @@ use geometry::half_planes::nearest_relaxed;
 use model::random::Stream;
 use model::{BodyKind, Drive, ParamValues, PlanState};
 use nalgebra::{Point2, Rotation2, Vector2};
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Registry entry.
 pub static METHOD: Method = Method {
@@ -76,7 +79,14 @@ const HORIZON_HINDERED: f64 = 4.0;
 /// Share of the headway lost from which on a robot is hindered.
 const HINDERED: f32 = 0.25;
 /// The same from which on it is stuck.
-const STUCK: f32 = 0.75;
+const STUCK: f32 = 0.5;
+/// Ranks begin with this direction, rad: one in which few set out.
+const FIRST_DIRECTION: f64 = -109.0 * PI / 180.0;
+/// Those who go the same way are beside each other if they are nearer than this, in radii, their wishes have at least this cosine, and
+/// the sine of the direction to the other is at least this.
+const BESIDE_WITHIN: f64 = 2.0;
+const BESIDE_SAME_WAY: f64 = 0.7;
+const BESIDE: f64 = 0.3;
 /// A robot that gives way to another one nearer than this, in radii, makes room for it, and those behind make room in turn.
 const YIELDS_WITHIN: f64 = 0.7;
 /// Cosine of the angle between two wishes from which on they go the same way.
@@ -126,6 +136,26 @@ struct Other {
     said: Said,
 }
 
+/// A robot on its way, as the common turn sees it.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    at: Point2<f64>,
+    radius_m: f64,
+    wish: Vector2<f64>,
+    left_m: f64,
+    corner: Option<Point2<f64>>,
+}
+
+/// How far the common turn keeps away from others.
+#[derive(Clone, Copy, Debug)]
+struct Keeps {
+    speed_mps: f64,
+    /// The way of a tick at that speed, m.
+    tick_m: f64,
+    /// Of the distance between two surfaces: how much of it is kept at most.
+    share: f64,
+}
+
 /// A piece of an obstacle, as the robot sees it.
 #[derive(Clone, Copy, Debug)]
 struct Wall {
@@ -144,7 +174,7 @@ pub struct Lanes {
     /// In which direction it goes aside.
     draws: Stream,
     guide: Guide,
-    /// Where it heads, and how long the way was when it began, m.
+    /// Where it heads, and the rank with which it set out.
     heads: Option<(Point2<f64>, f64)>,
     /// It has been at this goal.
     has_arrived: bool,
@@ -180,7 +210,7 @@ impl Planner for Lanes {
             return Plan { stopped: true, ..Plan::only(Drive::stop(input.kind)) };
         }
         let (wish, left_m, corner, state) = self.wish(input);
-        let way_m = self.heads.map_or(left_m, |(_, way_m)| way_m);
+        let rank = self.heads.map_or(0.0, |(_, rank)| if self.has_arrived { rank - 1.0 } else { rank });
         let unit_s = input.radius_m / speed;
         self.hear(input);
         self.recall(input);
@@ -204,7 +234,7 @@ impl Planner for Lanes {
             (self.slow, self.lag) = (0.0, 0.0);
         }
         let intent =
-            Intent { wish, left_m, way_m, corner, slow: self.slow as f32, lag: self.lag as f32, yields: self.yields };
+            Intent { wish, left_m, rank, corner, slow: self.slow as f32, lag: self.lag as f32, yields: self.yields };
         let said = Said { id: self.robot, arrived: input.arrived, command: velocity, intent };
         (self.said, self.was) = (Some(said), (input.position, input.tick));
         let drive = match input.kind {
@@ -259,7 +289,8 @@ impl Lanes {
         };
         let left_m = ahead.map_or((input.goal - input.position).norm(), |ahead| ahead.left_m);
         if self.heads.is_none_or(|(goal, _)| goal != input.goal) {
-            (self.heads, self.has_arrived) = (Some((input.goal, left_m)), false);
+            let rank = rank_of(input.goal - input.position);
+            (self.heads, self.has_arrived) = (Some((input.goal, rank)), false);
             (self.best, self.aside) = ((left_m, input.tick), None);
         }
         let Some(Ahead { at, is_goal, .. }) = ahead else {
@@ -317,35 +348,14 @@ impl Lanes {
         left_m: f64,
         corner: Option<Point2<f64>>,
     ) -> f64 {
-        let (speed, radius_m) = (input.limits.speed_mps_max, input.radius_m);
+        let (speed_mps, radius_m) = (input.limits.speed_mps_max, input.radius_m);
         let near_wall = self.walls.iter().any(|wall| wall.gap_m < NEAR_WALL * radius_m);
-        let keeps = if near_wall { KEEPS_NEAR_WALL } else { KEEPS_OPEN };
+        let share = if near_wall { KEEPS_NEAR_WALL } else { KEEPS_OPEN };
+        let keeps = Keeps { speed_mps, tick_m: speed_mps * input.dt_s, share };
+        let me = Course { at: input.position, radius_m, wish, left_m, corner };
+        let beside = self.turn_of_those_beside(&me, &keeps);
         self.blocked.clear();
-        for other in &self.others {
-            let Said { arrived, intent, .. } = other.said;
-            let relative = wish - intent.wish;
-            let offset = other.at - input.position;
-            let (distance_m, closes) = (offset.norm(), relative.norm());
-            let reach_m = radius_m + other.radius_m;
-            if closes < SLOW * speed || distance_m <= 0.0 {
-                continue;
-            }
-            let same = cosine(wish, intent.wish);
-            if let (Some(mine), Some(theirs)) = (corner, intent.corner)
-                && same > SAME_WAY
-                && (mine - theirs).norm() < reach_m
-            {
-                continue;
-            }
-            let contact_s = (distance_m - reach_m) / closes;
-            let theirs_s = if arrived { f64::INFINITY } else { intent.left_m / intent.wish.norm().max(SLOW * speed) };
-            if contact_s > left_m / speed || contact_s > theirs_s {
-                continue;
-            }
-            let kept_m = (KEEPS_BESIDE * reach_m + speed * input.dt_s * same.max(0.0))
-                .min(reach_m + keeps * (distance_m - reach_m).max(0.0));
-            self.blocked.push(blocked(relative, offset, kept_m, arrived));
-        }
+        self.block(&me, None, &keeps);
         for wall in self.walls.iter().filter(|wall| wall.gap_m < (AT_WALL * radius_m).min(left_m)) {
             self.blocked.push(blocked(
                 wish - wall.velocity,
@@ -357,11 +367,18 @@ impl Lanes {
         let slow = self.slow.clamp(0.0, 1.0);
         let most = self.params.turn_max_deg.to_radians();
         let cap = if near_wall { TURN_NEAR_WALL } else { most + slow * (TURN_MOST - most).max(0.0) };
-        let (right, only_parked) = self.end_of_blocked(1.0);
+        let (right, only_parked) = self.end_of_blocked(1.0, 0.0);
+        let beside = beside.min(cap);
+        if beside > right {
+            let (end, _) = self.end_of_blocked(1.0, beside);
+            if end <= cap {
+                return end;
+            }
+        }
         if right == 0.0 {
             return 0.0;
         }
-        let (left, _) = self.end_of_blocked(-1.0);
+        let (left, _) = self.end_of_blocked(-1.0, 0.0);
         if only_parked && left < right && left <= cap {
             return -left;
         }
@@ -374,11 +391,67 @@ impl Lanes {
         }
     }
 
-    /// How far to turn to this side (right: 1) until no more of what is blocked is in the way, rad, and whether all that is in
-    /// the way stands at its goal.
-    fn end_of_blocked(&self, side: f64) -> (f64, bool) {
+    /// The greatest turn to the right that one needs who is close to its left and goes the same way, rad.
+    fn turn_of_those_beside(&mut self, me: &Course, keeps: &Keeps) -> f64 {
+        let mut most = 0.0f64;
+        for index in 0..self.others.len() {
+            let Other { at, radius_m, tells, said } = self.others[index];
+            let Intent { wish, left_m, corner, .. } = said.intent;
+            let offset = at - me.at;
+            let (distance_m, wishes) = (offset.norm(), me.wish.norm());
+            let is_beside = tells
+                && !said.arrived
+                && distance_m - me.radius_m - radius_m <= BESIDE_WITHIN * me.radius_m
+                && me.wish.perp(&offset) >= BESIDE * wishes * distance_m
+                && cosine(me.wish, wish) >= BESIDE_SAME_WAY;
+            if !is_beside {
+                continue;
+            }
+            self.blocked.clear();
+            self.block(&Course { at, radius_m, wish, left_m, corner }, Some(index), keeps);
+            let (turn, _) = self.end_of_blocked(1.0, 0.0);
+            if turn < self.params.turn_max_deg.to_radians() {
+                most = most.max(turn);
+            }
+        }
+        most
+    }
+
+    /// Notes the turns that are blocked for a robot on this course, by all that are heard but `itself`.
+    fn block(&mut self, course: &Course, itself: Option<usize>, keeps: &Keeps) {
+        for (_, other) in self.others.iter().enumerate().filter(|(index, _)| Some(*index) != itself) {
+            let Said { arrived, intent, .. } = other.said;
+            let relative = course.wish - intent.wish;
+            let offset = other.at - course.at;
+            let (distance_m, closes) = (offset.norm(), relative.norm());
+            let reach_m = course.radius_m + other.radius_m;
+            if closes < SLOW * keeps.speed_mps || distance_m <= 0.0 {
+                continue;
+            }
+            let same = cosine(course.wish, intent.wish);
+            if let (Some(mine), Some(theirs)) = (course.corner, intent.corner)
+                && same > SAME_WAY
+                && (mine - theirs).norm() < reach_m
+            {
+                continue;
+            }
+            let contact_s = (distance_m - reach_m) / closes;
+            let theirs_s =
+                if arrived { f64::INFINITY } else { intent.left_m / intent.wish.norm().max(SLOW * keeps.speed_mps) };
+            if contact_s > course.left_m / keeps.speed_mps || contact_s > theirs_s {
+                continue;
+            }
+            let kept_m = (KEEPS_BESIDE * reach_m + keeps.tick_m * same.max(0.0))
+                .min(reach_m + keeps.share * (distance_m - reach_m).max(0.0));
+            self.blocked.push(blocked(relative, offset, kept_m, arrived));
+        }
+    }
+
+    /// How far to turn to this side (right: 1), and at least `from`, until no more of what is blocked is in the way, rad; and whether all
+    /// that is in the way stands at its goal.
+    fn end_of_blocked(&self, side: f64, from: f64) -> (f64, bool) {
         const SLACK: f64 = 1e-6;
-        let (mut turn, mut only_parked) = (0.0, true);
+        let (mut turn, mut only_parked) = (from, true);
         loop {
             let mut grew = false;
             for (middle, half, parked) in &self.blocked {
@@ -439,7 +512,7 @@ impl Lanes {
             intent: Intent {
                 wish: input.velocity,
                 left_m: 0.0,
-                way_m: 0.0,
+                rank: 0.0,
                 corner: None,
                 slow: 0.0,
                 lag: 0.0,
@@ -506,11 +579,22 @@ fn has_way(a: &Said, b: &Said) -> Option<bool> {
             return Some(a.intent.yields);
         }
         Some(first(a.intent.left_m, b.intent.left_m))
-    } else if a.intent.lag > STUCK && b.intent.lag > STUCK {
-        Some(first(-a.intent.way_m, -b.intent.way_m))
+    } else if is_stuck(a, b) {
+        Some(first(-a.intent.rank, -b.intent.rank))
     } else {
         None
     }
+}
+
+/// Whether two robots that are in each other's way do not get on: both, or the one that has not been at its goal yet.
+fn is_stuck(a: &Said, b: &Said) -> bool {
+    let [mine, theirs] = [a, b].map(|said| said.intent.lag > STUCK || said.intent.rank < 0.0);
+    mine && theirs && a.intent.lag.max(b.intent.lag) > STUCK
+}
+
+/// The rank of a robot whose goal is in this direction: 0 to 1, counter-clockwise.
+fn rank_of(toward: Vector2<f64>) -> f64 {
+    ((toward.y.atan2(toward.x) - FIRST_DIRECTION) / TAU).rem_euclid(1.0)
 }
 
 /// Cosine of the angle between two vectors; the same if they change places.
@@ -542,7 +626,7 @@ fn other(neighbor: &Neighbor, dt_s: f64) -> Other {
     let going = Intent {
         wish: command,
         left_m: neighbor.remaining_m,
-        way_m: neighbor.remaining_m,
+        rank: 0.0,
         corner: None,
         slow: 0.0,
         lag: 0.0,

@@ -178,8 +178,9 @@ pub struct Intent {
     pub wish: Vector2<f64>,
     /// Length of the way to its goal that is left, m.
     pub left_m: f64,
-    /// Length of that way when it began, m.
-    pub way_m: f64,
+    /// Of two that are stuck in each other's way, the one with the greater rank goes first. It is constant on the way to a goal, and
+    /// below 0 once the robot has been there.
+    pub rank: f64,
     /// The next corner of its way; `None` if the goal comes next, m.
     pub corner: Option<Point2<f64>>,
     /// The share of its speed that it has lost lately, 0 to 1.

@@ -8,7 +8,7 @@ use iceoryx2::prelude::ZeroCopySend;
 /// A robot's own account of itself at one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.SharedPose.v5")]
+#[type_name("shoal.SharedPose.v6")]
 pub struct SharedPose {
     /// The tick that it describes.
     pub tick: u64,
@@ -57,7 +57,7 @@ pub struct SharedPose {
 /// What a robot intends, as its method says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.SharedIntent.v1")]
+#[type_name("shoal.SharedIntent.v2")]
 pub struct SharedIntent {
     /// The velocity that it would have if it were alone, m/s.
     pub wish_x_mps: f64,
@@ -65,8 +65,8 @@ pub struct SharedIntent {
     pub wish_y_mps: f64,
     /// Length of the way to its goal that is left, m.
     pub left_m: f64,
-    /// Length of that way when it began, m.
-    pub way_m: f64,
+    /// Of two that are stuck in each other's way, the one with the greater rank goes first; below 0 once it has been at its goal.
+    pub rank: f64,
     /// The next corner of its way, with [`SharedPose::FLAG_CORNER`], m.
     pub corner_x_m: f64,
     /// m.

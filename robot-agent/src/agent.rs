@@ -473,7 +473,7 @@ fn shared(intent: Intent) -> SharedIntent {
         wish_x_mps: intent.wish.x,
         wish_y_mps: intent.wish.y,
         left_m: intent.left_m,
-        way_m: intent.way_m,
+        rank: intent.rank,
         corner_x_m: corner.x,
         corner_y_m: corner.y,
         slow: intent.slow,

@@ -112,7 +112,7 @@ pub fn sum_of_outputs(pose: &SharedPose, outputs: &AgentOutputs) -> u64 {
     let SharedPose { x_m, y_m, yaw_rad, next_x_m, next_y_m, far_x_m, far_y_m, remaining_m, intent, .. } = *pose;
     let mut sum = Sum(pose.tick << 8 ^ u64::from(pose.flags));
     sum.floats([x_m, y_m, yaw_rad, next_x_m, next_y_m, far_x_m, far_y_m, remaining_m, f64::from(pose.spare_m)]);
-    sum.floats([intent.wish_x_mps, intent.wish_y_mps, intent.left_m, intent.way_m]);
+    sum.floats([intent.wish_x_mps, intent.wish_y_mps, intent.left_m, intent.rank]);
     sum.floats([intent.corner_x_m, intent.corner_y_m, f64::from(intent.slow), f64::from(intent.lag)]);
     let mut command = Command::default();
     command.set_drive(outputs.drive);

@@ -237,7 +237,7 @@ fn intent(pose: &SharedPose) -> Option<Intent> {
     pose.has(SharedPose::FLAG_INTENT).then(|| Intent {
         wish: Vector2::new(told.wish_x_mps, told.wish_y_mps),
         left_m: told.left_m,
-        way_m: told.way_m,
+        rank: told.rank,
         corner: pose.has(SharedPose::FLAG_CORNER).then(|| Point2::new(told.corner_x_m, told.corner_y_m)),
         slow: told.slow,
         lag: told.lag,

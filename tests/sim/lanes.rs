@@ -130,6 +130,33 @@ fn all_robots_arrive_and_no_bodies_touch() {
     }
 }
 
+/// When the last one arrives, s, with starts that are moved a little: the median of five runs.
+fn makespan_s(scene: &Scene) -> f64 {
+    let mut times_s: Vec<f64> = (1..6)
+        .map(|seed| {
+            let report = Recording::of(&build::scenario(&scene.text(1.0, 1.0, seed))).report();
+            report.outcome.makespan_s.unwrap_or(f64::INFINITY)
+        })
+        .collect();
+    times_s.sort_by(f64::total_cmp);
+    times_s[2]
+}
+
+/// Who comes from one side goes through a narrow door before those from the other side, whoever has the longer way.
+#[test]
+fn they_go_through_a_narrow_door_side_by_side() {
+    let times_s = [0.5, 0.6, 0.8].map(|width_m| makespan_s(&through("door both ways", 4, width_m, 0.6, true)));
+    assert!(times_s.iter().all(|time_s| *time_s < 20.0), "{times_s:?}");
+}
+
+/// The outermost of a stream make room at the side for those beside them: two streams pass each other at full speed.
+#[test]
+fn streams_pass_each_other_without_a_wait() {
+    let scene = through("corridor", 8, 3.5, 5.5, true);
+    let time_s = makespan_s(&scene);
+    assert!(time_s < 13.5, "{time_s}");
+}
+
 /// Two of eight drive by a method that tells nothing of what it is about.
 #[test]
 fn robots_that_tell_nothing_are_plain_bodies() {

@@ -15,7 +15,7 @@ fn robot(id: u32, at: [f64; 2], wish: [f64; 2]) -> Neighbor {
         velocity: wish,
         age_s: dt_s,
         next: Some(at.into()),
-        intent: Some(Intent { wish, left_m: 9.0, way_m: 9.0, corner: None, slow: 0.0, lag: 0.0, yields: false }),
+        intent: Some(Intent { wish, left_m: 9.0, rank: 0.5, corner: None, slow: 0.0, lag: 0.0, yields: false }),
         ..neighbor(id, at)
     }
 }
@@ -35,7 +35,7 @@ fn planned(neighbors: &[Neighbor], obstacles: &[Obstacle], allowed: &[HalfPlane]
 fn alone_it_goes_straight_and_says_so() {
     let (velocity, intent) = planned(&[], &[], &[]);
     assert_eq!((velocity, intent.wish), (Vector2::x(), Vector2::x()));
-    assert_eq!((intent.left_m, intent.way_m, intent.corner), (9.0, 9.1, None));
+    assert_eq!((intent.left_m, intent.corner), (9.0, None));
 }
 
 #[test]
@@ -53,6 +53,48 @@ fn it_turns_right_by_no_more_than_passes() {
         planned(&[robot(1, [4.0, 3.0], [-1.0, 0.0]), robot(2, [-1.0, 0.0], [1.0, 0.0])], &[], &[]).0,
         Vector2::x()
     );
+}
+
+#[test]
+fn the_outermost_makes_room_for_those_beside_it() {
+    // Nothing is in its own way, but the one at its left has to pass somebody on the right.
+    let comes = robot(1, [4.0, 0.7], [-1.0, 0.0]);
+    let (alone, _) = planned(&[comes], &[], &[]);
+    assert_eq!(alone, Vector2::x());
+    let (beside, _) = planned(&[comes, robot(2, [0.0, 0.6], [1.0, 0.0])], &[], &[]);
+    assert!(beside.y < -0.05, "{beside}");
+    // One at its right needs no room on this side, one that is far away has enough, one that has arrived stays.
+    let (right, far) = (robot(2, [0.0, -0.6], [1.0, 0.0]), robot(2, [0.0, 1.0], [1.0, 0.0]));
+    let parked = Neighbor { arrived: true, ..robot(2, [0.0, 0.6], [1.0, 0.0]) };
+    for other in [right, far, parked] {
+        assert_eq!(planned(&[robot(1, [4.0, 1.1], [-1.0, 0.0]), other], &[], &[]).0, Vector2::x(), "{other:?}");
+    }
+}
+
+#[test]
+fn ranks_are_those_of_directions() {
+    let planned_rank = |goal: [f64; 2]| {
+        let mut planner = Lanes::new(Params::default(), IDENTITY);
+        let plan = planner.plan(&PlanInput { kind: BodyKind::Point, goal: goal.into(), ..input() });
+        plan.intent.expect("it says what it is about").rank
+    };
+    // Whoever goes the same way goes with the others, whatever the length of the way is.
+    assert!((planned_rank([9.0, 0.3]) - planned_rank([2.0, 0.1])).abs() < 0.01);
+    assert!(planned_rank([-9.0, 0.3]) > planned_rank([9.0, -0.3]) + 0.4);
+}
+
+#[test]
+fn who_had_to_leave_its_goal_lets_others_go_first() {
+    let said = |id, wish: [f64; 2], rank, lag| {
+        let intent = Intent { wish: wish.into(), left_m: 5.0, rank, corner: None, slow: 0.0, lag, yields: false };
+        Said { id, arrived: false, command: Vector2::zeros(), intent }
+    };
+    let (there, back) = ([1.0, 0.0], [-1.0, 0.0]);
+    assert_eq!(has_way(&said(0, there, 0.3, 0.6), &said(1, back, 0.7, 0.6)), Some(false));
+    assert_eq!(has_way(&said(0, there, 0.3, 0.6), &said(1, back, 0.7, 0.4)), None, "one of them gets on");
+    // It has been at its goal: it waits as soon as the other one is stuck, and not before.
+    assert_eq!(has_way(&said(0, there, 0.3, 0.6), &said(1, back, -0.3, 0.0)), Some(true));
+    assert_eq!(has_way(&said(0, there, 0.3, 0.4), &said(1, back, -0.3, 0.9)), None);
 }
 
 #[test]
@@ -94,11 +136,11 @@ fn without_progress_it_goes_aside_for_a_while() {
 fn said() -> impl Strategy<Value = Said> {
     let vector = || (-1.0..1.0f64, -1.0..1.0f64).prop_map(|(x, y)| Vector2::new(x, y));
     (vector(), vector(), 0u32..4, 0u32..4, any::<[bool; 2]>(), prop::array::uniform2(0.0..2.0f32)).prop_map(
-        |(command, wish, left, way, [arrived, yields], [slow, lag])| Said {
+        |(command, wish, left, rank, [arrived, yields], [slow, lag])| Said {
             id: 0,
             arrived,
             command,
-            intent: Intent { wish, left_m: left.into(), way_m: way.into(), corner: None, slow, lag, yields },
+            intent: Intent { wish, left_m: left.into(), rank: f64::from(rank) - 1.0, corner: None, slow, lag, yields },
         },
     )
 }
