@@ -714,7 +714,7 @@ function drawChart(canvas, points) {
   const y = (value) => height - 4 - (value / top) * (height - 16);
   context.fillStyle = tones.faint;
   context.font = "10px system-ui, sans-serif";
-  context.fillText(`${(top / 1000).toPrecision(2)} ms`, 2, 10);
+  context.fillText(`${Number((top / 1000).toPrecision(2))} ms`, 2, 10);
   context.strokeStyle = tones.line;
   line(context, [[0, height - 4], [width, height - 4]]);
   context.stroke();
