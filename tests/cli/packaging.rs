@@ -33,7 +33,7 @@ fn what_the_package_for_debian_holds_is_made_or_is_there() {
         let from = from.strip_prefix("../").expect("it is named from the manifest's directory");
         match from.strip_prefix("target/package/") {
             Some(file) => assert!(made.contains(file), "packaging/deb does not make `{file}`: {made:?}"),
-            None => assert!(root().join(from).is_file(), "there is no file `{from}`"),
+            None => assert!(root().join(from).is_file(), "file `{from}` is missing"),
         }
         assert_eq!(mode, if to == "usr/bin/" { "755" } else { "644" }, "{line}");
         let name = from.rsplit('/').next().filter(|_| to.ends_with('/')).unwrap_or("");
@@ -57,7 +57,7 @@ fn what_the_image_copies_is_there_and_what_builds_made_is_not_sent() {
     let copied: Vec<&str> = file.split_whitespace().filter_map(|word| word.strip_prefix("/shoal/")).collect();
     assert!(copied.contains(&"target/release/shoal"), "{copied:?}");
     for path in copied.iter().filter(|path| **path != "target/release/shoal") {
-        assert!(root().join(path).is_file(), "there is no file `{path}`");
+        assert!(root().join(path).is_file(), "file `{path}` is missing");
     }
     let left_out = read(".dockerignore");
     assert!(left_out.lines().any(|line| line == "**/target"), "{left_out}");

@@ -142,7 +142,7 @@ fn makespan_s(scene: &Scene) -> f64 {
     times_s[2]
 }
 
-/// Who comes from one side goes through a narrow door before those from the other side, whoever has the longer way.
+/// All robots from one side go through a narrow door before those from the other side, even if their ways are shorter.
 #[test]
 fn they_go_through_a_narrow_door_side_by_side() {
     let times_s = [0.5, 0.6, 0.8].map(|width_m| makespan_s(&through("door both ways", 4, width_m, 0.6, true)));

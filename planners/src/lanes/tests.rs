@@ -57,7 +57,7 @@ fn it_turns_right_by_no_more_than_passes() {
 
 #[test]
 fn the_outermost_makes_room_for_those_beside_it() {
-    // Nothing is in its own way, but the one at its left has to pass somebody on the right.
+    // Nothing is in its own way, but the one at its left has to pass an oncoming robot on the right.
     let comes = robot(1, [4.0, 0.7], [-1.0, 0.0]);
     let (alone, _) = planned(&[comes], &[], &[]);
     assert_eq!(alone, Vector2::x());
@@ -78,7 +78,7 @@ fn ranks_are_those_of_directions() {
         let plan = planner.plan(&PlanInput { kind: BodyKind::Point, goal: goal.into(), ..input() });
         plan.intent.expect("it says what it is about").rank
     };
-    // Whoever goes the same way goes with the others, whatever the length of the way is.
+    // Robots that set out in one direction have one rank, whatever the length of the way is.
     assert!((planned_rank([9.0, 0.3]) - planned_rank([2.0, 0.1])).abs() < 0.01);
     assert!(planned_rank([-9.0, 0.3]) > planned_rank([9.0, -0.3]) + 0.4);
 }
