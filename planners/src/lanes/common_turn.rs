@@ -1,6 +1,6 @@
 //! The common right-hand turn: the smallest after which no robot that is heard is on a course of contact.
 
-use super::{KEEPS_BESIDE, Lanes, Other, SAME_WAY, SLOW, Said, cosine};
+use super::{KEEPS_BESIDE, Lanes, Other, SAME_WAY, SLOW, Said, Wall, cosine};
 use crate::planner::{Intent, PlanInput};
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const BESIDE_WITHIN: f64 = 2.0;
 const BESIDE_SAME_WAY: f64 = 0.7;
 const BESIDE: f64 = 0.3;
-/// Obstacles nearer than this, in radii, are near.
+/// Obstacles on the right-hand side that are nearer than this, in radii, are near: who turns right has no room for it there.
 const NEAR_WALL: f64 = 3.0;
 /// Obstacles nearer than this, in radii, have a say in the common turn.
 const AT_WALL: f64 = 1.0;
@@ -53,7 +53,8 @@ impl Lanes {
         corner: Option<Point2<f64>>,
     ) -> f64 {
         let (speed_mps, radius_m) = (input.limits.speed_mps_max, input.radius_m);
-        let near_wall = self.walls.iter().any(|wall| wall.gap_m < NEAR_WALL * radius_m);
+        let is_right = |wall: &Wall| wish.perp(&wall.offset) <= 0.0;
+        let near_wall = self.walls.iter().any(|wall| wall.gap_m < NEAR_WALL * radius_m && is_right(wall));
         let share = if near_wall { KEEPS_NEAR_WALL } else { KEEPS_OPEN };
         let keeps = Keeps { speed_mps, tick_m: speed_mps * input.dt_s, share };
         let me = Course { at: input.position, radius_m, wish, left_m, corner };

@@ -72,6 +72,21 @@ fn the_outermost_makes_room_for_those_beside_it() {
 }
 
 #[test]
+fn walls_count_where_it_turns_to() {
+    let turn = |y: f64| {
+        let wall = Obstacle { id: 0, shape: Capsule::disc([0.0, y].into(), 0.01), velocity: Vector2::zeros() };
+        let mut planner = Lanes::new(Params::default(), IDENTITY);
+        planner.see(&PlanInput { obstacles: &[wall], ..input() });
+        planner.others = vec![other(&robot(1, [0.5, 0.0], [-1.0, 0.0]), 0.1)];
+        planner.common_turn(&input(), Vector2::x() * input().limits.speed_mps_max, 9.0, None)
+    };
+    // Close up it would have to turn further than robots do in the open. Beside a wall it keeps less from the other one, and is
+    // turned as far as it takes.
+    assert_eq!(turn(0.6), 32f64.to_radians());
+    assert!((turn(-0.6) - (0.43f64 / 0.5).asin()).abs() < 1e-9, "{}", turn(-0.6));
+}
+
+#[test]
 fn ranks_are_those_of_directions() {
     let planned_rank = |goal: [f64; 2]| {
         let mut planner = Lanes::new(Params::default(), IDENTITY);
