@@ -64,7 +64,7 @@ pub use frames::{FramePublisher, FrameSubscriber};
 pub use gate::{Gate, Progress, TickWait};
 pub use helm::{Helm, Helmsman};
 pub use lock::Lease;
-pub use map::{attach_map, freeze_map};
+pub use map::{attach_map, attach_ways, freeze_map, freeze_ways};
 pub use node::Node;
 pub use operator::{Noise, OperatorClient, OperatorServer, Responder};
 pub use robot_board::{Poses, RobotReader, RobotWriter};

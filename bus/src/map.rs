@@ -120,16 +120,52 @@ impl Mapping {
 
 /// Name of the file in the run's root that holds the walls of the scenario's map.
 const WALLS: &str = "map";
+/// Name of the file that holds what shortest ways need of it.
+const WAYS: &str = "ways";
 
 /// A file of the root that this process maps to read it.
 struct Frozen(Mapping);
 
 impl AsRef<[u8]> for Frozen {
     fn as_ref(&self) -> &[u8] {
-        // SAFETY: in bounds and alive as long as `self`. Nothing writes to the file: the daemon makes it (`freeze_map`) and takes the
-        // right to write away before it starts any other process of the fleet.
+        // SAFETY: in bounds and alive as long as `self`. Nothing writes to the file: the daemon makes it (`freeze`) and takes the right
+        // to write away before it starts any other process of the fleet.
         unsafe { std::slice::from_raw_parts(self.0.base.as_ptr(), self.0.len) }
     }
+}
+
+/// Makes a file of the root that nothing writes to any more.
+fn freeze(address: &Address, name: &str, bytes: &[u8]) -> Result<()> {
+    drop(Mapping::create(address, name, bytes.len(), |mapping| mapping.write(0, bytes))?);
+    let path = address.file(name);
+    rustix::fs::chmod(&path, Mode::RUSR).map_err(|e| BusError::io(&path, "make it read-only", e))
+}
+
+/// Maps such a file; none if there is none.
+fn frozen(address: &Address, name: &str) -> Result<Option<Frozen>> {
+    let path = address.file(name);
+    let failed = |e: rustix::io::Errno| BusError::io(&path, "open the file", e);
+    let file = match rustix::fs::open(&path, OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NOFOLLOW, Mode::empty()) {
+        Err(rustix::io::Errno::NOENT) => return Ok(None),
+        file => file.map_err(failed)?,
+    };
+    let len = usize::try_from(rustix::fs::fstat(&file).map_err(failed)?.st_size).unwrap_or(0);
+    if len == 0 {
+        return Err(damaged(address, name, "it is empty".to_owned()));
+    }
+    // POPULATE: page faults belong to the start, not to the loop.
+    // SAFETY: a fresh mapping at an address of the kernel's choice replaces nothing.
+    let base = unsafe {
+        rustix::mm::mmap(std::ptr::null_mut(), len, ProtFlags::READ, MapFlags::SHARED | MapFlags::POPULATE, &file, 0)
+    }
+    .map_err(|e| BusError::io(&path, "map the file", e))?;
+    let base = NonNull::new(base.cast::<u8>()).expect("mmap does not return null");
+    Ok(Some(Frozen(Mapping { base, len })))
+}
+
+fn damaged(address: &Address, name: &str, why: String) -> BusError {
+    let way_out = "all processes of a fleet must come from the same build; start it again";
+    BusError::new(format!("`{}`", address.file(name).display()), "use the file", why, way_out)
 }
 
 /// Puts the walls of a scenario's map into the root, where every process of the run maps them.
@@ -137,10 +173,7 @@ impl AsRef<[u8]> for Frozen {
 /// # Errors
 /// When shared memory has no room for them.
 pub fn freeze_map(address: &Address, map: &MapRef) -> Result<()> {
-    let bytes = map.map().bytes();
-    drop(Mapping::create(address, WALLS, bytes.len(), |mapping| mapping.write(0, bytes))?);
-    let path = address.file(WALLS);
-    rustix::fs::chmod(&path, Mode::RUSR).map_err(|e| BusError::io(&path, "make it read-only", e))
+    freeze(address, WALLS, map.map().bytes())
 }
 
 /// Attaches the walls of the run's map to what was read of its scenario, if that has a map.
@@ -149,26 +182,28 @@ pub fn freeze_map(address: &Address, map: &MapRef) -> Result<()> {
 /// When they cannot be read, or are damaged.
 pub fn attach_map(address: &Address, map: Option<&mut MapRef>) -> Result<()> {
     let Some(map) = map else { return Ok(()) };
-    let path = address.file(WALLS);
-    let failed = |e: rustix::io::Errno| BusError::io(&path, "open the map", e);
-    let file =
-        rustix::fs::open(&path, OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NOFOLLOW, Mode::empty()).map_err(failed)?;
-    let len = usize::try_from(rustix::fs::fstat(&file).map_err(failed)?.st_size).unwrap_or(0);
-    let damaged = |why: String| {
-        let way_out = "all processes of a fleet must come from the same build; start it again";
-        BusError::new(format!("`{}`", path.display()), "use the map", why, way_out)
-    };
-    if len == 0 {
-        return Err(damaged("it is empty".to_owned()));
-    }
-    // POPULATE: page faults belong to the start, not to the loop.
-    // SAFETY: a fresh mapping at an address of the kernel's choice replaces nothing.
-    let base = unsafe {
-        rustix::mm::mmap(std::ptr::null_mut(), len, ProtFlags::READ, MapFlags::SHARED | MapFlags::POPULATE, &file, 0)
-    }
-    .map_err(|e| BusError::io(&path, "map the map", e))?;
-    let base = NonNull::new(base.cast::<u8>()).expect("mmap does not return null");
-    map.attach(Frozen(Mapping { base, len })).map_err(|problem| damaged(problem.to_string()))
+    let missing = || BusError::io(&address.file(WALLS), "open the file", rustix::io::Errno::NOENT);
+    let walls = frozen(address, WALLS)?.ok_or_else(missing)?;
+    map.attach(walls).map_err(|problem| damaged(address, WALLS, problem.to_string()))
+}
+
+/// Puts what shortest ways need of the map into the root, where agents read it.
+///
+/// # Errors
+/// When shared memory has no room for it.
+pub fn freeze_ways(address: &Address, links: &[u8]) -> Result<()> {
+    freeze(address, WAYS, links)
+}
+
+/// Lets `take` have that for the rest of the process's life, if there is any; `take` says whether it is whole.
+///
+/// # Errors
+/// When it cannot be read, or is damaged.
+pub fn attach_ways(address: &Address, take: impl FnOnce(&'static [u8]) -> bool) -> Result<()> {
+    let Some(links) = frozen(address, WAYS)? else { return Ok(()) };
+    // One small mapping: it ends with the process.
+    let links: &'static Frozen = Box::leak(Box::new(links));
+    if take(links.as_ref()) { Ok(()) } else { Err(damaged(address, WAYS, "it is not whole".to_owned())) }
 }
 
 impl Drop for Mapping {

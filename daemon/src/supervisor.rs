@@ -226,6 +226,9 @@ impl Supervisor {
         if let Some(map) = &scenario.map {
             bus::freeze_map(&address, map)?;
         }
+        if let Some(links) = robot_agent::links_of(&scenario) {
+            bus::freeze_ways(&address, &links)?;
+        }
         let node = Node::new(&address, "daemon")?;
         let services = Services::create(&node, sizes)?;
         let gate = Gate::create(&address, sizes.max_robots)?;

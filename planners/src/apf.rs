@@ -50,6 +50,7 @@ pub static METHOD: Method = Method {
     speed_mps,
     lengths: &[Length::of("influence_m", 1), Length::of("k_rep", 3)],
     wants_filter: false,
+    follows_ways: false,
     build,
 };
 

@@ -46,6 +46,7 @@ pub static METHOD: Method = Method {
     speed_mps: any_speed,
     lengths: &[Length::of("safety_m", 1)],
     wants_filter: false,
+    follows_ways: false,
     build,
 };
 

@@ -63,6 +63,7 @@ pub static METHOD: Method = Method {
     speed_mps,
     lengths: &[Length::of("p_o", 1), Length::of("p_r", 1), Length::of("eta", 3)],
     wants_filter: false,
+    follows_ways: false,
     build,
 };
 

@@ -30,6 +30,8 @@ pub struct Method {
     pub lengths: &'static [Length],
     /// It counts on the [filter](crate::filter) behind it: robots get one unless their scenario says otherwise.
     pub wants_filter: bool,
+    /// It follows shortest [ways](crate::way) where it knows the map.
+    pub follows_ways: bool,
     /// Builds it for one robot.
     pub build: Build,
 }

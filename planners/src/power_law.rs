@@ -61,6 +61,7 @@ pub static METHOD: Method = Method {
     speed_mps: any_speed,
     lengths: &[],
     wants_filter: false,
+    follows_ways: true,
     build,
 };
 

@@ -80,6 +80,7 @@ pub static METHOD: Method = Method {
         Length::of("mu_target", -2),
     ],
     wants_filter: false,
+    follows_ways: false,
     build,
 };
 

@@ -21,6 +21,7 @@ pub static METHOD: Method = Method {
     speed_mps: any_speed,
     lengths: &[],
     wants_filter: false,
+    follows_ways: false,
     build,
 };
 

@@ -6,17 +6,19 @@
 //! (a tangent graph). From each goal one search (Dijkstra) finds how far it is from every corner; a robot then heads, at each
 //! tick, for the corner in sight from which the whole way is shortest.
 //!
-//! Robots of one size share a [`Graph`] if they are in one process: it is a function of the map and the radius alone.
+//! Robots of one size share the graph if they are in one process: it is a function of the map and the radius alone. Processes
+//! share what takes long of it, which of its corners see each other ([`find_links`]).
 
+mod graph;
+mod links;
 mod outline;
 
 use crate::planner::{Neighbor, Obstacle, PlanInput};
-use geometry::{Capsule, segment_distance};
+use graph::Graph;
 use nalgebra::{Point2, Vector2, distance};
-use outline::{Corner, corners};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::{Arc, Mutex, OnceLock, Weak};
+use std::sync::Arc;
 
 /// Of the radius: how much room a way leaves beside obstacles.
 const MARGIN: f64 = 0.03;
@@ -24,99 +26,16 @@ const MARGIN: f64 = 0.03;
 const MARGIN_MIN: f64 = 0.002;
 /// What is shorter than this share of a way is not as long as it.
 const ROUND: f64 = 0.95;
-/// Rounding decides neither for nor against a line, as a share of the radius.
-const TOUCH: f64 = 1e-6;
-/// Graphs that are kept for robots that come later.
-const KEPT: usize = 16;
 
-/// The corners of a map for one radius.
-pub struct Graph {
-    key: u64,
-    /// What the centre keeps from every obstacle, m.
-    keeps_m: f64,
-    pieces: Vec<Capsule>,
-    corners: Vec<Corner>,
-    /// From each corner, once it was asked for: the corners that a way can go on to, and how far they are, m.
-    links: Vec<OnceLock<Vec<(u32, f64)>>>,
-}
+pub use links::tell_links;
 
-static GRAPHS: Mutex<Vec<Weak<Graph>>> = Mutex::new(Vec::new());
-
-impl Graph {
-    /// The graph of this map for a disc that keeps this distance (m) from everything.
-    fn of(map: &[Obstacle], keeps_m: f64) -> Arc<Graph> {
-        let key = key(map, keeps_m);
-        let mut graphs = GRAPHS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        graphs.retain(|graph| graph.strong_count() > 0);
-        if let Some(graph) = graphs.iter().filter_map(Weak::upgrade).find(|graph| graph.is_of(key, map, keeps_m)) {
-            return graph;
-        }
-        let graph = Arc::new(Graph::new(key, map, keeps_m));
-        if graphs.len() < KEPT {
-            graphs.push(Arc::downgrade(&graph));
-        }
-        graph
-    }
-
-    fn is_of(&self, key: u64, map: &[Obstacle], keeps_m: f64) -> bool {
-        let same = self.pieces.len() == map.len() && self.pieces.iter().zip(map).all(|(a, b)| *a == b.shape);
-        self.key == key && self.keeps_m == keeps_m && same
-    }
-
-    fn new(key: u64, map: &[Obstacle], keeps_m: f64) -> Graph {
-        let pieces: Vec<Capsule> = map.iter().map(|obstacle| obstacle.shape).collect();
-        let least_m = keeps_m * (1.0 - TOUCH);
-        let corners = corners(map, keeps_m, &|at| {
-            let stands = pieces.iter().all(|piece| piece.distance(at) >= least_m);
-            stands && !map.chunk_by(|a, b| a.id == b.id).any(|all| crate::planner::solid(all, at).is_some())
-        });
-        let links = corners.iter().map(|_| OnceLock::new()).collect();
-        Graph { key, keeps_m, pieces, corners, links }
-    }
-
-    /// What the disc can keep from obstacles on its way from or to a point: less than usual where that is nearer to one, m.
-    fn keeps(&self, at: Point2<f64>) -> f64 {
-        let near = self.pieces.iter().filter(|piece| !is_apart(piece, self.keeps_m, at, at));
-        near.map(|piece| piece.distance(at)).fold(self.keeps_m, f64::min) * (1.0 - TOUCH)
-    }
-
-    /// Whether a disc that keeps this distance (m) from everything gets straight from one point to the other.
-    fn sees(&self, from: Point2<f64>, to: Point2<f64>, keeps_m: f64) -> bool {
-        self.pieces.iter().all(|piece| {
-            is_apart(piece, keeps_m, from, to) || segment_distance(from, to, piece.a, piece.b) - piece.radius >= keeps_m
-        })
-    }
-
-    fn links(&self, index: usize) -> &[(u32, f64)] {
-        self.links[index].get_or_init(|| {
-            let from = &self.corners[index];
-            let all = self.corners.iter().enumerate().filter(|(other, _)| *other != index);
-            let fits = |(other, to): (usize, &Corner)| {
-                let way = to.at - from.at;
-                let touches = from.is_touched_by(way) && to.is_touched_by(way);
-                (touches && self.sees(from.at, to.at, self.keeps_m * (1.0 - TOUCH))).then(|| (other as u32, way.norm()))
-            };
-            all.filter_map(fits).collect()
-        })
-    }
-}
-
-/// Whether a line is so far from a piece that its distance need not be computed.
-fn is_apart(piece: &Capsule, keeps_m: f64, from: Point2<f64>, to: Point2<f64>) -> bool {
-    let reach_m = piece.radius + keeps_m;
-    let beside =
-        |a: f64, b: f64, from: f64, to: f64| a.min(b) - reach_m > from.max(to) || a.max(b) + reach_m < from.min(to);
-    beside(piece.a.x, piece.b.x, from.x, to.x) || beside(piece.a.y, piece.b.y, from.y, to.y)
-}
-
-fn key(map: &[Obstacle], keeps_m: f64) -> u64 {
-    let numbers = map.iter().flat_map(|obstacle| {
-        let Capsule { a, b, radius } = obstacle.shape;
-        [a.x, a.y, b.x, b.y, radius]
-    });
-    numbers
-        .chain([keeps_m])
-        .fold(map.len() as u64, |sum, x| (sum.rotate_left(29) ^ x.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15))
+/// Finds what ways of discs of these radii (m) need of this map, once for all processes of a fleet: a block for [`tell_links`]. It
+/// uses all processors, with 1024 pieces for some tenths of a second a radius.
+pub fn find_links(map: &[Obstacle], radii_m: &[f64]) -> Vec<u8> {
+    graph::find_links(
+        map,
+        radii_m.iter().flat_map(|radius_m| [MARGIN, MARGIN_MIN].map(|margin| radius_m * (1.0 + margin))),
+    )
 }
 
 /// What to head for.
@@ -175,11 +94,11 @@ impl Way {
             if so_far > left[index as usize].0 {
                 continue;
             }
-            for (other, length) in graph.links(index as usize) {
+            for (other, length) in graph.links(index) {
                 let sum = so_far + length;
-                if sum < left[*other as usize].0 {
-                    left[*other as usize] = (sum, Some(index));
-                    queue.push(Reverse((sum.to_bits(), *other)));
+                if sum < left[other as usize].0 {
+                    left[other as usize] = (sum, Some(index));
+                    queue.push(Reverse((sum.to_bits(), other)));
                 }
             }
         }

@@ -1,14 +1,15 @@
 //! The pure core of an agent: what it learned since the last tick goes in, what it says and does comes out.
 
+use crate::map::map_of;
 use crate::radio::{Receiver, SeenRobot};
 use geometry::ArmState;
 use model::kinematics::Pose;
-use model::{BodyKind, Drive, FilterKind, MAX_SHAPES, MapRef, Mode, Physics, PlanState, Radio, RobotInstance};
+use model::{BodyKind, Drive, FilterKind, MapRef, Mode, Physics, PlanState, Radio, RobotInstance};
 use nalgebra::{Point2, Vector2};
 use planners::filter::border::{Rule, Word};
 use planners::filter::{Body, Filter, Timing, Told, rounded_up};
 use planners::{Chassis, Identity, Intent, Neighbor, Obstacle, ParamError, PlanInput, Planner, SENSED_WALLS_MAX};
-use protocol::daemon_to_robot::{AgentSpec, MapPiece};
+use protocol::daemon_to_robot::AgentSpec;
 use protocol::robot_to_robot::{SharedBorder, SharedBorders, SharedIntent, SharedPose};
 use protocol::robot_to_world::Command;
 use protocol::world_to_robot::{NeighborRef, Odometry, Piece};
@@ -479,18 +480,6 @@ fn shared(intent: Intent) -> SharedIntent {
         slow: intent.slow,
         lag: intent.lag,
     }
-}
-
-/// The fixed obstacles that a robot knows; with the walls of the map among them if they are few enough for methods that look at all.
-fn map_of(spec: &AgentSpec) -> Vec<Obstacle> {
-    let walls = spec.walls.as_ref().filter(|_| spec.robot.knows_map).map(MapRef::map);
-    let few = walls.filter(|walls| walls.len() + spec.map.len() <= MAX_SHAPES);
-    let walls = few.into_iter().flat_map(|walls| (0..).zip(walls.walls()));
-    spec.map.iter().map(on_map).chain(walls.map(|(index, wall)| Obstacle::wall(index, wall))).collect()
-}
-
-fn on_map(piece: &MapPiece) -> Obstacle {
-    Obstacle { id: piece.id, shape: piece.shape, velocity: Vector2::zeros() }
 }
 
 fn obstacle(piece: &Piece) -> Obstacle {

@@ -141,6 +141,7 @@ fn run_as(args: &Args, is_own: bool, build: &mut Build<'_>, adjust: &mut Adjust<
     let bytes = std::fs::read(&path).map_err(|error| ShellError::SpecFile(path, error))?;
     let mut spec: AgentSpec = codec::decode(&bytes)?;
     bus::attach_map(&address, spec.walls.as_mut())?;
+    bus::attach_ways(&address, planners::way::tell_links)?;
 
     let planner = build(&spec)?;
     let watch = Arc::new(Stopwatch::default());

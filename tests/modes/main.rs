@@ -9,3 +9,4 @@ mod records;
 mod replays;
 mod report;
 mod support;
+mod ways;

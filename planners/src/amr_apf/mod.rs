@@ -103,6 +103,7 @@ pub static METHOD: Method = Method {
     speed_mps: any_speed,
     lengths: &[Length::of("near_goal_m", 1), Length::of("safety_m", 1), Length::of("keep_m", 1)],
     wants_filter: false,
+    follows_ways: false,
     build,
 };
 

@@ -43,6 +43,7 @@ pub static METHOD: Method = Method {
         Length::of("lookahead_m", 1),
     ],
     wants_filter: false,
+    follows_ways: false,
     build,
 };
 

@@ -41,6 +41,7 @@ pub static METHOD: Method = Method {
         Length::of("evade_range_m", 1),
     ],
     wants_filter: false,
+    follows_ways: false,
     build,
 };
 

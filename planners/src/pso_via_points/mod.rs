@@ -102,6 +102,7 @@ pub static METHOD: Method = Method {
         Length::of("robot_range", 1),
     ],
     wants_filter: false,
+    follows_ways: false,
     build,
 };
 

@@ -1,5 +1,5 @@
 use super::*;
-use geometry::Polygon;
+use geometry::{Capsule, Polygon};
 use nalgebra::Vector2;
 use proptest::prelude::*;
 

@@ -1,3 +1,4 @@
 //! The agent as its callers see it.
 
 mod agent;
+mod ways;

@@ -1,0 +1,252 @@
+//! The tangent graph of a map: corners of grown obstacles, and the lines between them that a way can follow.
+
+use super::links::{self, Key, Targets};
+use super::outline::{Corner, corners};
+use crate::planner::{Obstacle, solid};
+use geometry::{Capsule, Map, segment_distance};
+use nalgebra::{Point2, distance};
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
+
+/// Rounding decides neither for nor against a line, as a share of the radius.
+const TOUCH: f64 = 1e-6;
+/// Graphs that are kept for robots that come later.
+const KEPT: usize = 16;
+/// Maps of more pieces than this are looked at through an index.
+const FEW: usize = 48;
+
+/// The corners of a map for one radius.
+pub(super) struct Graph {
+    key: Key,
+    pieces: Vec<Capsule>,
+    /// The same, if they are many.
+    index: Option<Map>,
+    pub(super) corners: Vec<Corner>,
+    /// From each corner, once it was asked for: the corners that a way can go on to.
+    found: Vec<OnceLock<Vec<u32>>>,
+    /// The same of all corners, where another process has found them.
+    told: Option<Targets<'static>>,
+}
+
+static GRAPHS: Mutex<Vec<Weak<Graph>>> = Mutex::new(Vec::new());
+
+impl Graph {
+    /// The graph of this map for a disc that keeps this distance (m) from everything.
+    pub(super) fn of(map: &[Obstacle], keeps_m: f64) -> Arc<Graph> {
+        let key = Key::of(map, keeps_m);
+        let mut graphs = GRAPHS.lock().unwrap_or_else(PoisonError::into_inner);
+        graphs.retain(|graph| graph.strong_count() > 0);
+        if let Some(graph) = graphs.iter().filter_map(Weak::upgrade).find(|graph| graph.is_of(key, map)) {
+            return graph;
+        }
+        let mut graph = Graph::new(key, map);
+        graph.told = links::told(key, graph.corners.len());
+        let graph = Arc::new(graph);
+        if graphs.len() < KEPT {
+            graphs.push(Arc::downgrade(&graph));
+        }
+        graph
+    }
+
+    fn is_of(&self, key: Key, map: &[Obstacle]) -> bool {
+        let same = self.pieces.len() == map.len() && self.pieces.iter().zip(map).all(|(a, b)| *a == b.shape);
+        self.key == key && same
+    }
+
+    /// The graph, without any links yet.
+    fn new(key: Key, map: &[Obstacle]) -> Graph {
+        let keeps_m = key.keeps_m();
+        let pieces: Vec<Capsule> = map.iter().map(|obstacle| obstacle.shape).collect();
+        let index = if pieces.len() > FEW { Map::build(&pieces, false, None).ok() } else { None };
+        let mut graph = Graph { key, pieces, index, corners: Vec::new(), found: Vec::new(), told: None };
+        let least_m = keeps_m * (1.0 - TOUCH);
+        graph.corners = corners(map, keeps_m, &|at| {
+            !graph.is_near(at, least_m) && !map.chunk_by(|a, b| a.id == b.id).any(|all| solid(all, at).is_some())
+        });
+        graph.found = graph.corners.iter().map(|_| OnceLock::new()).collect();
+        graph
+    }
+
+    /// Whether a piece is nearer to a point than this, m.
+    fn is_near(&self, at: Point2<f64>, least_m: f64) -> bool {
+        match &self.index {
+            Some(index) => index.is_near(at, least_m),
+            None => self.pieces.iter().any(|piece| piece.distance(at) < least_m),
+        }
+    }
+
+    /// What the disc can keep from obstacles on its way from or to a point: less than usual where that is nearer to one, m.
+    pub(super) fn keeps(&self, at: Point2<f64>) -> f64 {
+        let keeps_m = self.key.keeps_m();
+        let least_m = match &self.index {
+            Some(index) => index.distance(at, keeps_m),
+            None => {
+                let near = self.pieces.iter().filter(|piece| !is_apart(piece, keeps_m, at, at));
+                near.map(|piece| piece.distance(at)).fold(keeps_m, f64::min)
+            }
+        };
+        least_m * (1.0 - TOUCH)
+    }
+
+    /// Whether a disc that keeps this distance (m) from everything gets straight from one point to the other.
+    pub(super) fn sees(&self, from: Point2<f64>, to: Point2<f64>, keeps_m: f64) -> bool {
+        match &self.index {
+            Some(index) => !index.blocks([from, to], keeps_m),
+            None => self.pieces.iter().all(|piece| {
+                is_apart(piece, keeps_m, from, to)
+                    || segment_distance(from, to, piece.a, piece.b) - piece.radius >= keeps_m
+            }),
+        }
+    }
+
+    /// The corners that a way can go on to from this one, and how far they are, m.
+    pub(super) fn links(&self, corner: u32) -> impl Iterator<Item = (u32, f64)> {
+        let from = self.corners[corner as usize].at;
+        let (found, told) = match self.told {
+            Some(told) => (&[][..], told.of(corner)),
+            None => (&self.found(corner)[..], &[][..]),
+        };
+        let all = found.iter().copied().chain(told.iter().copied().map(u32::from_le_bytes));
+        all.map(move |other| (other, distance(&from, &self.corners[other as usize].at)))
+    }
+
+    /// The corners that a way can go on to from this one.
+    fn found(&self, corner: u32) -> &[u32] {
+        self.found[corner as usize].get_or_init(|| {
+            let from = &self.corners[corner as usize];
+            let keeps_m = self.key.keeps_m() * (1.0 - TOUCH);
+            let fits = |(other, to): (u32, &Corner)| {
+                let way = to.at - from.at;
+                let touches = other != corner && from.is_touched_by(way) && to.is_touched_by(way);
+                (touches && self.sees(from.at, to.at, keeps_m)).then_some(other)
+            };
+            (0..).zip(&self.corners).filter_map(fits).collect()
+        })
+    }
+}
+
+/// Finds the links of all corners of this map for discs that keep these distances (m) from everything: a block for
+/// [`tell_links`](super::tell_links). It uses all processors.
+pub(super) fn find_links(map: &[Obstacle], keep_m: impl Iterator<Item = f64>) -> Vec<u8> {
+    let graphs: Vec<Graph> = keep_m.map(|keeps_m| Graph::new(Key::of(map, keeps_m), map)).collect();
+    let corners = |graph: &Graph| 0..graph.corners.len() as u32;
+    let all: Vec<(&Graph, u32)> =
+        graphs.iter().flat_map(|graph| corners(graph).map(move |corner| (graph, corner))).collect();
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some((graph, corner)) = all.get(next.fetch_add(1, Ordering::Relaxed)) {
+            graph.found(*corner);
+        }
+    };
+    let workers = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    std::thread::scope(|scope| (0..workers).for_each(|_| drop(scope.spawn(work))));
+    let found = graphs.iter().map(|graph| (graph.key, corners(graph).map(|corner| graph.found(corner)).collect()));
+    links::block(&found.collect::<Vec<_>>())
+}
+
+/// Whether a line is so far from a piece that its distance need not be computed.
+fn is_apart(piece: &Capsule, keeps_m: f64, from: Point2<f64>, to: Point2<f64>) -> bool {
+    let reach_m = piece.radius + keeps_m;
+    let beside =
+        |a: f64, b: f64, from: f64, to: f64| a.min(b) - reach_m > from.max(to) || a.max(b) + reach_m < from.min(to);
+    beside(piece.a.x, piece.b.x, from.x, to.x) || beside(piece.a.y, piece.b.y, from.y, to.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector2;
+    use proptest::prelude::*;
+
+    /// Squares on a lattice, moved and turned; discs and walls among them.
+    fn maps() -> impl Strategy<Value = Vec<Obstacle>> {
+        let place = (-0.4..0.4f64, -0.4..0.4f64, 0.2..0.5f64, 0.0..1.5f64);
+        prop::collection::vec(place, 20..40).prop_map(|places| {
+            let made = |(id, (x, y, size, yaw)): (u32, &(f64, f64, f64, f64))| {
+                let at = Point2::new(1.6 * f64::from(id % 6) + x, 1.6 * f64::from(id / 6) + y);
+                let corner = |k: u32| {
+                    let angle = yaw + f64::from(k) * std::f64::consts::FRAC_PI_2;
+                    at + Vector2::new(angle.cos(), angle.sin()) * *size
+                };
+                let shapes = match id % 5 {
+                    0 => vec![Capsule::disc(at, *size)],
+                    1 => vec![Capsule::segment(corner(0), corner(2))],
+                    _ => (0..4).map(|k| Capsule::segment(corner(k), corner((k + 1) % 4))).collect(),
+                };
+                shapes.into_iter().map(move |shape| Obstacle { id, shape, velocity: Vector2::zeros() })
+            };
+            (0..).zip(&places).flat_map(made).collect()
+        })
+    }
+
+    fn graph(map: &[Obstacle], keeps_m: f64) -> Graph {
+        Graph::new(Key::of(map, keeps_m), map)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+
+        /// An index changes nothing, to the last bit.
+        #[test]
+        fn many_pieces_are_looked_at_through_an_index(
+            map in maps(), lines in prop::collection::vec(prop::array::uniform4(-2.0..11.0f64), 50)
+        ) {
+            let graph = graph(&map, 0.2);
+            let index = graph.index.as_ref().expect("there are many");
+            prop_assert_eq!(index.len(), map.len());
+            let mut slow = Graph::new(graph.key, &map);
+            slow.index = None;
+            for [x, y, to_x, to_y] in lines {
+                let (from, to) = (Point2::new(x, y), Point2::new(to_x, to_y));
+                prop_assert_eq!(graph.keeps(from), slow.keeps(from));
+                prop_assert_eq!(graph.is_near(from, 0.2), slow.is_near(from, 0.2));
+                prop_assert_eq!(graph.sees(from, to, 0.2), slow.sees(from, to, 0.2));
+            }
+        }
+
+        /// What one process has found is what each would find, and a block that is not whole is refused.
+        #[test]
+        fn links_are_shared_as_a_block(map in maps(), at in any::<prop::sample::Index>()) {
+            let block = find_links(&map, [0.2, 0.1].into_iter());
+            let told = links::read(&block).expect("it is whole");
+            prop_assert_eq!(told.len(), 2);
+            for ((key, targets), keeps_m) in told.iter().zip([0.2, 0.1]) {
+                let graph = graph(&map, keeps_m);
+                prop_assert_eq!(*key, graph.key);
+                prop_assert!(!graph.corners.is_empty());
+                for corner in 0..graph.corners.len() as u32 {
+                    let targets: Vec<u32> = targets.of(corner).iter().copied().map(u32::from_le_bytes).collect();
+                    prop_assert_eq!(&targets[..], graph.found(corner));
+                }
+            }
+            prop_assert!(links::read(&block[..at.index(block.len())]).is_none(), "it was cut");
+            prop_assert!(links::read(&[&block[..], &[0; 4]].concat()).is_none(), "something comes behind it");
+            let mut far = block.clone();
+            *far.last_mut().unwrap() = 1;
+            prop_assert!(links::read(&far).is_none(), "there is no such corner");
+        }
+    }
+
+    #[test]
+    fn graphs_take_the_links_that_the_process_was_told() {
+        let side = |a: [f64; 2], b: [f64; 2]| Obstacle {
+            id: 0,
+            shape: Capsule::segment(a.into(), b.into()),
+            velocity: Vector2::zeros(),
+        };
+        let map = [side([-0.71, 0.0], [0.37, 0.0]), side([0.37, 0.0], [0.0, 0.73]), side([0.0, 0.73], [-0.71, 0.0])];
+        let links = |graph: &Graph| -> Vec<Vec<(u32, f64)>> {
+            (0..graph.corners.len() as u32).map(|corner| graph.links(corner).collect()).collect()
+        };
+        let alone = links(&Graph::of(&map, 0.2));
+        assert!(alone.iter().all(|links| !links.is_empty()), "{alone:?}");
+        assert!(links::tell_links(find_links(&map, std::iter::once(0.2)).leak()));
+        let told = Graph::of(&map, 0.2);
+        assert!(told.told.is_some());
+        assert_eq!(links(&told), alone);
+        assert!(told.found.iter().all(|found| found.get().is_none()), "it looked for them again");
+        assert!(Graph::of(&map, 0.3).told.is_none(), "a disc of another size has other links");
+        assert!(!links::tell_links(b"not a block"));
+    }
+}
