@@ -105,7 +105,7 @@ impl Graph {
         let from = self.corners[corner as usize].at;
         let (found, told) = match self.told {
             Some(told) => (&[][..], told.of(corner)),
-            None => (&self.found(corner)[..], &[][..]),
+            None => (self.found(corner), &[][..]),
         };
         let all = found.iter().copied().chain(told.iter().copied().map(u32::from_le_bytes));
         all.map(move |other| (other, distance(&from, &self.corners[other as usize].at)))

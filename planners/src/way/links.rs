@@ -62,7 +62,7 @@ impl<'a> Targets<'a> {
     fn take(words: &mut &'a [Word], corners: usize) -> Option<Targets<'a>> {
         let (begins, rest) = words.split_at_checked(corners.checked_add(1)?)?;
         let numbers = || begins.iter().copied().map(u32::from_le_bytes);
-        let count = numbers().last()? as usize;
+        let count = numbers().next_back()? as usize;
         let (targets, rest) = rest.split_at_checked(count)?;
         *words = rest;
         let is_whole = numbers().next() == Some(0)
