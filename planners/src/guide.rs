@@ -26,6 +26,8 @@ pub enum Heading {
 /// Ways of one robot.
 #[derive(Default)]
 pub struct Guide {
+    /// What an obstacle costs that a way on the known map has on its right, in radii of the robot.
+    toll: f64,
     way: Option<Way>,
     /// What it has seen, if it has no map.
     sketch: Sketch,
@@ -37,10 +39,15 @@ pub struct Guide {
 }
 
 impl Guide {
+    /// Ways that have obstacles on their left if that is no longer than this, in radii of the robot, for each obstacle.
+    pub fn keeping_right(toll: f64) -> Guide {
+        Guide { toll, ..Guide::default() }
+    }
+
     /// What to head for of a robot that heads straight for its goal where it does not know what stands.
     pub fn follow(&mut self, input: &PlanInput<'_>) -> Heading {
         let Some(walls) = input.walls else {
-            return Way::follow(&mut self.way, input).map_or(Heading::Nowhere, Heading::To);
+            return Way::follow(&mut self.way, input, self.toll * input.radius_m).map_or(Heading::Nowhere, Heading::To);
         };
         if self.standing.is_none() {
             let obstacles = input.map.iter().filter(|piece| !piece.is_wall());

@@ -4,7 +4,8 @@
 //! Not from a paper. Robots tell each other what they are about beside their pose ([`Intent`]): the velocity that each would
 //! have if it were alone (its wish), how far it has to go, and how much of its speed it has lost lately. From that:
 //!
-//! 1. **Way.** The wish leads along the shortest way on the known map ([`way`](crate::way)), without a map past what has been seen.
+//! 1. **Way.** The wish leads along a short way on the known map ([`way`](crate::way)), without a map past what has been seen. Ways go
+//!    round what stands in the direction in which robots go round each other, unless that is much longer.
 //! 2. **One common right-hand turn.** If all robots turn their wishes to the right by b, the relative wishes turn by b too. b is the
 //!    smallest turn after which none of the robots that are heard is on a course of contact. Rings and crossings become
 //!    roundabouts, opposite streams become lanes. A robot turns at least as far as those close to its left that go the same way:
@@ -26,6 +27,7 @@
 //! |--------|-----------|------|---------|-----------------------------------------------|
 //! |        | `horizon` | r/v  | 1.5     | gives way earlier (soft half-planes)           |
 //! |        | `turn_max_deg` | deg | 45   | wider roundabouts before robots close up       |
+//! |        | `keeps_right` | r  | 4       | longer ways, on which fewer robots meet        |
 //! |        | `heading_gain` | 1/s | 8.0  | a unicycle turns sharper                       |
 //!
 //! A robot that tells no intent is taken to go on as it goes, and shares every evasion.
@@ -72,6 +74,9 @@ crate::params! {
         horizon: f64 = 1.5, "", 0.1..=100.0;
         /// Greatest common turn to the right while nothing is lost by it. Larger: wider roundabouts.
         turn_max_deg: f64 = 45.0, "", 0.0..=90.0;
+        /// By how much its way may be longer, in radii and for each obstacle, to have the obstacle on its left, as all others have. 0: the
+        /// shortest way.
+        keeps_right: f64 = 4.0, "", 0.0..=1000.0;
         /// Turn rate of a unicycle per radian of heading error. Larger: turns sharper.
         heading_gain: f64 = 8.0, "1/s", 0.0..=100.0;
     }
@@ -218,11 +223,12 @@ impl Planner for Lanes {
 impl Lanes {
     /// The method with these parameters, for this robot.
     pub fn new(params: Params, identity: Identity) -> Lanes {
+        let guide = Guide::keeping_right(params.keeps_right);
         Lanes {
             params,
             robot: identity.robot,
             draws: Stream::new(identity.seed, identity.robot, identity.incarnation, "lanes-aside"),
-            guide: Guide::default(),
+            guide,
             heads: None,
             has_arrived: false,
             said: None,

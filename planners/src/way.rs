@@ -6,6 +6,10 @@
 //! (a tangent graph). From each goal one search (Dijkstra) finds how far it is from every corner; a robot then heads, at each
 //! tick, for the corner in sight from which the whole way is shortest.
 //!
+//! A planner whose robots keep to the right of each other can ask for ways that keep to the right of obstacles as well: each
+//! obstacle that a way has on its right costs a toll, and so does a turn away from an obstacle that the way touches, by which a way
+//! could be had that is not shortest and pays less. Then robots go round what stands in one direction.
+//!
 //! Robots of one size share the graph if they are in one process: it is a function of the map and the radius alone. Processes
 //! share what takes long of it, which of its corners see each other ([`find_links`]).
 
@@ -49,6 +53,16 @@ pub struct Ahead {
     pub left_m: f64,
 }
 
+/// The way that is left from a corner.
+#[derive(Clone, Copy)]
+struct Left {
+    /// Its length and its tolls, m.
+    cost_m: f64,
+    length_m: f64,
+    /// The corner that comes next; none if it is the goal.
+    next: Option<u32>,
+}
+
 /// The shortest ways to one goal.
 #[derive(Clone)]
 pub struct Way {
@@ -56,64 +70,88 @@ pub struct Way {
     goal: Point2<f64>,
     /// What a way keeps from obstacles at the goal, m.
     goal_keeps_m: f64,
-    /// By corner: how far the goal is, m, and the corner that comes next; none if it is the goal.
-    left: Vec<(f64, Option<u32>)>,
+    /// By corner.
+    left: Vec<Left>,
+    /// What an obstacle on the right costs, m.
+    toll_m: f64,
     /// What the robot heads for: a corner, or the goal.
     heads_for: Option<Option<u32>>,
 }
 
 impl Way {
-    /// Ways to a goal of a disc of this radius (m) past the obstacles of a map. `from` (m) is where the first way begins: if
-    /// it is a long way round, and one that passes obstacles more closely is not, that one counts.
-    pub fn new(map: &[Obstacle], radius_m: f64, from: Point2<f64>, goal: Point2<f64>) -> Way {
-        let mut usual = Way::with_margin(map, radius_m * (1.0 + MARGIN), goal);
+    /// Ways to a goal of a disc of this radius (m) past the obstacles of a map, where an obstacle on the right costs a toll (m).
+    /// `from` (m) is where the first way begins: if it is a long way round, and one that passes obstacles more closely is not, that
+    /// one counts.
+    pub fn new(map: &[Obstacle], radius_m: f64, from: Point2<f64>, goal: Point2<f64>, toll_m: f64) -> Way {
+        let mut usual = Way::with_margin(map, radius_m * (1.0 + MARGIN), goal, toll_m);
         let usual_m = usual.ahead(from).map_or(f64::INFINITY, |ahead| ahead.left_m);
         if usual_m * ROUND < distance(&from, &goal) {
             return usual;
         }
-        let mut close = Way::with_margin(map, radius_m * (1.0 + MARGIN_MIN), goal);
+        let mut close = Way::with_margin(map, radius_m * (1.0 + MARGIN_MIN), goal, toll_m);
         let is_shorter = close.ahead(from).is_some_and(|ahead| ahead.left_m < ROUND * usual_m);
         if is_shorter { close } else { usual }
     }
 
-    fn with_margin(map: &[Obstacle], keeps_m: f64, goal: Point2<f64>) -> Way {
+    fn with_margin(map: &[Obstacle], keeps_m: f64, goal: Point2<f64>, toll_m: f64) -> Way {
         let graph = Graph::of(map, keeps_m);
-        let mut left = vec![(f64::INFINITY, None); graph.corners.len()];
-        let goal_keeps_m = graph.keeps(goal);
+        let nowhere = Left { cost_m: f64::INFINITY, length_m: f64::INFINITY, next: None };
+        let left = vec![nowhere; graph.corners.len()];
+        let mut way = Way { goal_keeps_m: graph.keeps(goal), graph, goal, left, toll_m, heads_for: None };
+        way.search();
+        way
+    }
+
+    /// Finds what is left from every corner, from the goal on.
+    fn search(&mut self) {
+        let graph = Arc::clone(&self.graph);
+        // Costs are not negative, so that their bits sort as they do.
         let mut queue: BinaryHeap<Reverse<(u64, u32)>> = BinaryHeap::new();
-        for (index, corner) in graph.corners.iter().enumerate() {
-            let way = corner.at - goal;
-            if corner.is_touched_by(way) && graph.sees(goal, corner.at, goal_keeps_m) {
-                left[index] = (way.norm(), None);
-                // Lengths are not negative, so that their bits sort as they do.
-                queue.push(Reverse((way.norm().to_bits(), index as u32)));
+        for (index, corner) in (0..).zip(&graph.corners) {
+            let way = self.goal - corner.at;
+            if corner.is_touched_by(way) && graph.sees(self.goal, corner.at, self.goal_keeps_m) {
+                let cost_m = way.norm() + self.toll(corner.is_left_of(way));
+                self.left[index as usize] = Left { cost_m, length_m: way.norm(), next: None };
+                queue.push(Reverse((cost_m.to_bits(), index)));
             }
         }
         while let Some(Reverse((bits, index))) = queue.pop() {
-            let so_far = f64::from_bits(bits);
-            if so_far > left[index as usize].0 {
+            let Left { cost_m, length_m, next } = self.left[index as usize];
+            if f64::from_bits(bits) > cost_m {
                 continue;
             }
-            for (other, length) in graph.links(index) {
-                let sum = so_far + length;
-                if sum < left[other as usize].0 {
-                    left[other as usize] = (sum, Some(index));
-                    queue.push(Reverse((sum.to_bits(), other)));
+            let (at, next) = (&graph.corners[index as usize], self.place(next));
+            for (other, link_m) in graph.links(index) {
+                let from = &graph.corners[other as usize];
+                let mut cost_m = cost_m + link_m;
+                if self.toll_m > 0.0 {
+                    // An obstacle is paid for once, where the way leaves it.
+                    cost_m += self.toll(from.obstacle != at.obstacle && from.is_left_of(at.at - from.at));
+                    cost_m += self.toll(at.is_turned_from(from.at, next));
+                }
+                if cost_m < self.left[other as usize].cost_m {
+                    self.left[other as usize] = Left { cost_m, length_m: length_m + link_m, next: Some(index) };
+                    queue.push(Reverse((cost_m.to_bits(), other)));
                 }
             }
         }
-        Way { graph, goal, goal_keeps_m, left, heads_for: None }
+    }
+
+    /// The toll, if there is one to pay.
+    fn toll(&self, is_due: bool) -> f64 {
+        if is_due { self.toll_m } else { 0.0 }
     }
 
     /// What a robot heads for now: along the shortest way if it knows the map, else straight to its goal; `None` if there is
-    /// no way. `way` is what it knows of the ways to its goal, and is made when the goal is a new one.
-    pub fn follow(way: &mut Option<Way>, input: &PlanInput<'_>) -> Option<Ahead> {
+    /// no way. `way` is what it knows of the ways to its goal, and is made when the goal is a new one; an obstacle on the right costs
+    /// a toll (m).
+    pub fn follow(way: &mut Option<Way>, input: &PlanInput<'_>, toll_m: f64) -> Option<Ahead> {
         let (from, goal) = (input.position, input.goal);
         if input.map.is_empty() {
             return Some(Ahead { at: goal, is_goal: true, left_m: distance(&from, &goal) });
         }
         if way.as_ref().is_none_or(|way| way.goal != goal) {
-            *way = Some(Way::new(input.map, input.radius_m, from, goal));
+            *way = Some(Way::new(input.map, input.radius_m, from, goal, toll_m));
         }
         way.as_mut().and_then(|way| way.ahead(from))
     }
@@ -132,7 +170,7 @@ impl Way {
             *way = None;
         }
         if !sketch.pieces.is_empty() {
-            let known = way.get_or_insert_with(|| Way::new(&sketch.pieces, input.radius_m, from, goal));
+            let known = way.get_or_insert_with(|| Way::new(&sketch.pieces, input.radius_m, from, goal, 0.0));
             if let Some(ahead) = known.ahead(from) {
                 return ahead;
             }
@@ -146,7 +184,7 @@ impl Way {
         let keeps_m = self.graph.keeps(from);
         // What comes after that for which it headed may have come into sight; nothing else does in a tick, as a rule.
         if let Some(Some(index)) = self.heads_for {
-            let next = self.left[index as usize].1;
+            let next = self.left[index as usize].next;
             if self.sees(from, next, keeps_m) {
                 self.heads_for = Some(next);
             }
@@ -164,11 +202,12 @@ impl Way {
             return Some(None);
         }
         let mut best: Option<(f64, u32)> = None;
-        for (index, (corner, (left_m, _))) in self.graph.corners.iter().zip(&self.left).enumerate() {
-            let length = distance(&from, &corner.at) + left_m;
-            let is_better = length.is_finite() && best.is_none_or(|(least, _)| length < least);
+        for (index, (corner, left)) in self.graph.corners.iter().zip(&self.left).enumerate() {
+            let turns = self.toll_m > 0.0 && corner.is_turned_from(from, self.place(left.next));
+            let cost_m = distance(&from, &corner.at) + left.cost_m + self.toll(turns);
+            let is_better = cost_m.is_finite() && best.is_none_or(|(least, _)| cost_m < least);
             if is_better && self.graph.sees(from, corner.at, keeps_m) {
-                best = Some((length, index as u32));
+                best = Some((cost_m, index as u32));
             }
         }
         best.map(|(_, index)| Some(index))
@@ -185,7 +224,7 @@ impl Way {
 
     fn to(&self, from: Point2<f64>, heads_for: Option<u32>) -> Ahead {
         let at = self.place(heads_for);
-        let rest_m = heads_for.map_or(0.0, |index| self.left[index as usize].0);
+        let rest_m = heads_for.map_or(0.0, |index| self.left[index as usize].length_m);
         Ahead { at, is_goal: heads_for.is_none(), left_m: distance(&from, &at) + rest_m }
     }
 }

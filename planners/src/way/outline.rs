@@ -16,6 +16,8 @@ const HALVINGS: u32 = 3;
 pub(super) struct Corner {
     /// m.
     pub(super) at: Point2<f64>,
+    /// Which obstacle it is a corner of.
+    pub(super) obstacle: u32,
     /// Directions in which the outline goes on, back and ahead.
     sides: [Vector2<f64>; 2],
 }
@@ -27,13 +29,26 @@ impl Corner {
         let [back, ahead] = self.sides.map(|side| line.perp(&side));
         back <= slack && ahead <= slack || back >= -slack && ahead >= -slack
     }
+
+    /// Whether such a line has the obstacle on its right.
+    pub(super) fn is_left_of(&self, line: Vector2<f64>) -> bool {
+        self.sides.iter().map(|side| line.perp(side)).sum::<f64>() < 0.0
+    }
+
+    /// Whether a way that comes from one place and goes on to the next turns away from the obstacle here, as no shortest way does.
+    pub(super) fn is_turned_from(&self, from: Point2<f64>, next: Point2<f64>) -> bool {
+        let (into, on) = (self.at - from, next - self.at);
+        let (turn, slack) = (into.perp(&on), TOUCHES * into.norm() * on.norm());
+        if self.is_left_of(on) { turn > slack } else { turn < -slack }
+    }
 }
 
 /// The convex corners of all obstacles that are grown by a distance, m. Where a corner of a round outline is not free, as in a
 /// narrow gap, finer ones take its place.
 pub(super) fn corners(map: &[Obstacle], by_m: f64, is_free: &dyn Fn(Point2<f64>) -> bool) -> Vec<Corner> {
-    let mut found = Found { corners: Vec::new(), is_free };
+    let mut found = Found { corners: Vec::new(), obstacle: 0, is_free };
     for pieces in map.chunk_by(|a, b| a.id == b.id) {
+        found.obstacle = pieces[0].id;
         match polygon(pieces) {
             Some(points) => around_polygon(&points, by_m, &mut found),
             None => pieces.iter().for_each(|piece| around_capsule(&piece.shape, by_m, &mut found)),
@@ -92,9 +107,10 @@ fn around(center: Point2<f64>, by_m: f64, from: f64, turn: f64, found: &mut Foun
     }
 }
 
-/// The corners found so far, and what tells whether a place is free.
+/// The corners found so far, the obstacle whose corners come next, and what tells whether a place is free.
 struct Found<'a> {
     corners: Vec<Corner>,
+    obstacle: u32,
     is_free: &'a dyn Fn(Point2<f64>) -> bool,
 }
 
@@ -106,7 +122,7 @@ impl Found<'_> {
         if (self.is_free)(at) {
             // The outline touches the arc before and after the corner, at a right angle to the radius.
             let (back, ahead) = (direction(touched - 0.5 * PI), direction(touched + step + 0.5 * PI));
-            self.corners.push(Corner { at, sides: [back, ahead] });
+            self.corners.push(Corner { at, obstacle: self.obstacle, sides: [back, ahead] });
         } else if halvings > 0 {
             for half in [0.0, 0.5] {
                 self.add(center, by_m, touched + half * step, 0.5 * step, halvings - 1);

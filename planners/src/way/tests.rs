@@ -14,9 +14,13 @@ fn disc(id: u32, at: [f64; 2], radius: f64) -> Obstacle {
 
 /// Follows a way in steps, and says how long it is; the disc of this radius keeps clear of everything.
 fn driven_m(map: &[Obstacle], radius_m: f64, from: [f64; 2], goal: [f64; 2]) -> Option<f64> {
+    driven_with_toll_m(map, radius_m, from, goal, 0.0)
+}
+
+fn driven_with_toll_m(map: &[Obstacle], radius_m: f64, from: [f64; 2], goal: [f64; 2], toll_m: f64) -> Option<f64> {
     const STEP_M: f64 = 0.05;
     let (mut at, goal) = (Point2::from(from), Point2::from(goal));
-    let mut way = Way::new(map, radius_m, at, goal);
+    let mut way = Way::new(map, radius_m, at, goal, toll_m);
     let promised_m = way.ahead(at)?.left_m;
     let mut length = 0.0;
     while at != goal {
@@ -95,9 +99,38 @@ fn there_is_no_way_out_of_a_closed_room() {
 #[test]
 fn who_stands_too_near_to_a_wall_finds_a_way_all_the_same() {
     let map = block(0, &[[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]]);
-    let mut way = Way::new(&map, 0.2, [-0.2001, 0.0].into(), [2.0, 0.0].into());
+    let mut way = Way::new(&map, 0.2, [-0.2001, 0.0].into(), [2.0, 0.0].into(), 0.0);
     let ahead = way.ahead([-0.2001, 0.0].into()).unwrap();
     assert!(ahead.at.y.abs() > 1.0 && !ahead.is_goal && ahead.left_m < 4.2, "{ahead:?}");
+}
+
+#[test]
+fn with_a_toll_obstacles_are_on_the_left_unless_that_is_much_longer() {
+    // Heading along +x past a disc that is a little to the right: on its left the way is shorter.
+    let map = [disc(0, [0.0, -0.2], 0.8)];
+    let first = |toll_m: f64| {
+        let mut way = Way::new(&map, 0.2, [-3.0, 0.0].into(), [3.0, 0.0].into(), toll_m);
+        way.ahead([-3.0, 0.0].into()).expect("there is a way")
+    };
+    let (short, long) = (first(0.0), first(0.8));
+    assert!(short.at.y > 0.0 && long.at.y < 0.0, "{short:?} {long:?}");
+    let more_m = long.left_m - short.left_m;
+    assert!((0.1..0.5).contains(&more_m), "{more_m}: the length has no toll in it");
+    assert_eq!(first(0.9 * more_m), short);
+    assert_eq!(first(1.1 * more_m), long);
+}
+
+/// There is one way through a door, and no crossing from one jamb to the other pays.
+#[test]
+fn with_a_toll_the_way_through_a_door_is_the_same() {
+    let mut map = block(0, &[[0.0, 0.5], [0.2, 0.5], [0.2, 90.0], [0.0, 90.0]]);
+    map.extend(block(1, &[[0.0, -90.0], [0.2, -90.0], [0.2, -0.5], [0.0, -0.5]]));
+    for y in [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0] {
+        for goal in [[2.0, y], [2.0, -y], [1.0, 2.0], [1.0, -2.0]] {
+            let driven = |toll_m| driven_with_toll_m(&map, 0.2, [-1.0, y], goal, toll_m).unwrap();
+            assert_eq!(driven(0.0), driven(0.8), "{y} {goal:?}");
+        }
+    }
 }
 
 proptest! {
@@ -139,6 +172,10 @@ proptest! {
         let [from, goal] = ends(0.0);
         let straight = driven_m(&made(0.0), 0.2, from, goal).unwrap();
         prop_assert!(straight >= 9.0);
+        // A toll makes the way longer by no more than what it saves: a toll for each obstacle, and for each turn away from one.
+        let right = driven_with_toll_m(&made(0.0), 0.2, from, goal, 0.5).unwrap();
+        let most = straight + 0.5 * places.len() as f64;
+        prop_assert!(right >= 0.99 * straight && right <= most + 1e-9, "{straight} {right}");
         let [from, goal] = ends(turn);
         let turned = driven_m(&made(turn), 0.2, from, goal).unwrap();
         prop_assert!((turned / straight - 1.0).abs() < 1e-6, "{straight} {turned}");
