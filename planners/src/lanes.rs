@@ -14,8 +14,8 @@
 //!    goal goes first; of two that hinder each other and are stuck the one with the greater rank goes first. The rank is the
 //!    direction in which the robot set out, so that all that go one way through a door go before all that come the other way. Who
 //!    had to leave its goal again has the least. Who gives way takes the whole evasion, from the other one's wish; who has way takes
-//!    none. Who makes room in a throng says so, and has way before those behind that want the same way: they go back as well, one
-//!    after the other, until there is room.
+//!    none. Who has arrived evades only the course of another one, as long as that gets on. Who makes room in a throng says so, and
+//!    has way before those behind that want the same way: they go back as well, one after the other, until there is room.
 //! 4. **Velocity.** The nearest to the turned wish within hard and soft half-planes. Hard: what the filter behind it allows, that is
 //!    this robot's own part of each gap ([`filter`](crate::filter)). Soft: those of ORCA ([`orca`](crate::orca)) for a short
 //!    horizon; where not all can hold they give way evenly.
@@ -381,10 +381,17 @@ impl Lanes {
             let (velocity, share, horizon) = match way {
                 Some(true) => continue,
                 Some(false) => {
-                    let hindered = other.said.intent.lag > HINDERED;
-                    let wish = other.said.intent.wish;
-                    let wish = if same && other.said.intent.yields { -wish } else { wish };
-                    (wish, 1.0, if hindered { HORIZON_HINDERED } else { self.params.horizon })
+                    let Intent { wish, lag, yields, .. } = other.said.intent;
+                    let hindered = lag > HINDERED;
+                    // Who has arrived evades the course of one that gets on, and makes room for one that does not.
+                    let velocity = if me.arrived && !hindered {
+                        other.said.command
+                    } else if same && yields {
+                        -wish
+                    } else {
+                        wish
+                    };
+                    (velocity, 1.0, if hindered { HORIZON_HINDERED } else { self.params.horizon })
                 }
                 None => (other.said.command, 0.5, self.params.horizon),
             };

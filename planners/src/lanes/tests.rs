@@ -135,6 +135,27 @@ fn who_has_arrived_makes_room() {
 }
 
 #[test]
+fn who_has_arrived_stays_for_who_passes() {
+    // Its wish leads through this place, its course aside; it gets on, or it has been hindered.
+    let passes = |lag: f32| {
+        let course = Vector2::new(0.6, 0.8);
+        let it = robot(1, [-0.6, 0.0], [1.0, 0.0]);
+        let intent = Intent { lag, ..it.intent.expect("it tells") };
+        Neighbor { position: it.next.expect("it tells") - course * 0.1, velocity: course, intent: Some(intent), ..it }
+    };
+    let stays = |lag: f32| {
+        let mut planner = Lanes::new(Params::default(), IDENTITY);
+        let limits = Limits { speed_mps_max: 1.0, ..LIMITS };
+        let there = PlanInput { kind: BodyKind::Point, limits, goal: Point2::origin(), arrived: true, ..input() };
+        planner.plan(&there);
+        let comes = [passes(lag)];
+        planner.plan(&PlanInput { tick: 1, neighbors: &comes, ..there }).drive == Drive::stop(BodyKind::Point)
+    };
+    assert!(stays(0.2));
+    assert!(!stays(0.3));
+}
+
+#[test]
 fn without_progress_it_goes_aside_for_a_while() {
     let mut planner = Lanes::new(Params::default(), IDENTITY);
     let limits = Limits { speed_mps_max: 1.0, ..LIMITS };
