@@ -14,8 +14,8 @@
 //!    goal goes first; of two that hinder each other and are stuck the one with the greater rank goes first. The rank is the
 //!    direction in which the robot set out, so that all that go one way through a door go before all that come the other way. Who
 //!    had to leave its goal again has the least. Who gives way takes the whole evasion, from the other one's wish; who has way takes
-//!    none. Who has arrived evades only the course of another one, as long as that gets on. Who makes room in a throng says so, and
-//!    has way before those behind that want the same way: they go back as well, one after the other, until there is room.
+//!    none. A point that has arrived evades only the course of another one, as long as that gets on. Who makes room in a throng says
+//!    so, and has way before those behind that want the same way: they go back as well, one after the other, until there is room.
 //! 4. **Velocity.** The nearest to the turned wish within hard and soft half-planes. Hard: what the filter behind it allows, that is
 //!    this robot's own part of each gap ([`filter`](crate::filter)). Soft: those of ORCA ([`orca`](crate::orca)) for a short
 //!    horizon; where not all can hold they give way evenly.
@@ -383,8 +383,10 @@ impl Lanes {
                 Some(false) => {
                     let Intent { wish, lag, yields, .. } = other.said.intent;
                     let hindered = lag > HINDERED;
-                    // Who has arrived evades the course of one that gets on, and makes room for one that does not.
-                    let velocity = if me.arrived && !hindered {
+                    // Who has arrived evades the course of one that gets on, and makes room for one that does not. What has to turn first
+                    // cannot wait so long.
+                    let can_wait = me.arrived && input.kind == BodyKind::Point;
+                    let velocity = if can_wait && !hindered {
                         other.said.command
                     } else if same && yields {
                         -wish
