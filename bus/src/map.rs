@@ -141,14 +141,12 @@ fn freeze(address: &Address, name: &str, bytes: &[u8]) -> Result<()> {
     rustix::fs::chmod(&path, Mode::RUSR).map_err(|e| BusError::io(&path, "make it read-only", e))
 }
 
-/// Maps such a file; none if there is none.
-fn frozen(address: &Address, name: &str) -> Result<Option<Frozen>> {
+/// Maps such a file.
+fn frozen(address: &Address, name: &str) -> Result<Frozen> {
     let path = address.file(name);
     let failed = |e: rustix::io::Errno| BusError::io(&path, "open the file", e);
-    let file = match rustix::fs::open(&path, OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NOFOLLOW, Mode::empty()) {
-        Err(rustix::io::Errno::NOENT) => return Ok(None),
-        file => file.map_err(failed)?,
-    };
+    let file =
+        rustix::fs::open(&path, OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NOFOLLOW, Mode::empty()).map_err(failed)?;
     let len = usize::try_from(rustix::fs::fstat(&file).map_err(failed)?.st_size).unwrap_or(0);
     if len == 0 {
         return Err(damaged(address, name, "it is empty".to_owned()));
@@ -160,7 +158,7 @@ fn frozen(address: &Address, name: &str) -> Result<Option<Frozen>> {
     }
     .map_err(|e| BusError::io(&path, "map the file", e))?;
     let base = NonNull::new(base.cast::<u8>()).expect("mmap does not return null");
-    Ok(Some(Frozen(Mapping { base, len })))
+    Ok(Frozen(Mapping { base, len }))
 }
 
 fn damaged(address: &Address, name: &str, why: String) -> BusError {
@@ -182,9 +180,7 @@ pub fn freeze_map(address: &Address, map: &MapRef) -> Result<()> {
 /// When they cannot be read, or are damaged.
 pub fn attach_map(address: &Address, map: Option<&mut MapRef>) -> Result<()> {
     let Some(map) = map else { return Ok(()) };
-    let missing = || BusError::io(&address.file(WALLS), "open the file", rustix::io::Errno::NOENT);
-    let walls = frozen(address, WALLS)?.ok_or_else(missing)?;
-    map.attach(walls).map_err(|problem| damaged(address, WALLS, problem.to_string()))
+    map.attach(frozen(address, WALLS)?).map_err(|problem| damaged(address, WALLS, problem.to_string()))
 }
 
 /// Puts what shortest ways need of the map into the root, where agents read it.
@@ -200,9 +196,12 @@ pub fn freeze_ways(address: &Address, links: &[u8]) -> Result<()> {
 /// # Errors
 /// When it cannot be read, or is damaged.
 pub fn attach_ways(address: &Address, take: impl FnOnce(&'static [u8]) -> bool) -> Result<()> {
-    let Some(links) = frozen(address, WAYS)? else { return Ok(()) };
-    // One small mapping: it ends with the process.
-    let links: &'static Frozen = Box::leak(Box::new(links));
+    let links: &'static Frozen = match frozen(address, WAYS) {
+        // The mapping ends with the process.
+        Ok(links) => Box::leak(Box::new(links)),
+        Err(error) if error.is_missing() => return Ok(()),
+        Err(error) => return Err(error),
+    };
     if take(links.as_ref()) { Ok(()) } else { Err(damaged(address, WAYS, "it is not whole".to_owned())) }
 }
 
