@@ -3,7 +3,8 @@
 use super::links::{self, Key, Targets};
 use super::outline::{Corner, corners};
 use crate::planner::{Obstacle, solid};
-use geometry::{Capsule, Map, segment_distance};
+use geometry::route::{is_open, keeps_at};
+use geometry::{Capsule, Map};
 use nalgebra::{Point2, distance};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,15 +14,13 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 const TOUCH: f64 = 1e-6;
 /// Graphs that are kept for robots that come later.
 const KEPT: usize = 16;
-/// Maps of more pieces than this are looked at through an index.
-const FEW: usize = 48;
 
 /// The corners of a map for one radius.
 pub(super) struct Graph {
     key: Key,
     pieces: Vec<Capsule>,
-    /// The same, if they are many.
-    index: Option<Map>,
+    /// The same, in an index.
+    index: Map,
     pub(super) corners: Vec<Corner>,
     /// From each corner, once it was asked for: the corners that a way can go on to.
     found: Vec<OnceLock<Vec<u32>>>,
@@ -58,46 +57,23 @@ impl Graph {
     fn new(key: Key, map: &[Obstacle]) -> Graph {
         let keeps_m = key.keeps_m();
         let pieces: Vec<Capsule> = map.iter().map(|obstacle| obstacle.shape).collect();
-        let index = if pieces.len() > FEW { Map::build(&pieces, false, None).ok() } else { None };
-        let mut graph = Graph { key, pieces, index, corners: Vec::new(), found: Vec::new(), told: None };
+        let index = Map::build(&pieces, false, None).expect("pieces are finite, and far fewer than an index can hold");
         let least_m = keeps_m * (1.0 - TOUCH);
-        graph.corners = corners(map, keeps_m, &|at| {
-            !graph.is_near(at, least_m) && !map.chunk_by(|a, b| a.id == b.id).any(|all| solid(all, at).is_some())
+        let corners = corners(map, keeps_m, &|at| {
+            !index.is_near(at, least_m) && !map.chunk_by(|a, b| a.id == b.id).any(|all| solid(all, at).is_some())
         });
-        graph.found = graph.corners.iter().map(|_| OnceLock::new()).collect();
-        graph
-    }
-
-    /// Whether a piece is nearer to a point than this, m.
-    fn is_near(&self, at: Point2<f64>, least_m: f64) -> bool {
-        match &self.index {
-            Some(index) => index.is_near(at, least_m),
-            None => self.pieces.iter().any(|piece| piece.distance(at) < least_m),
-        }
+        let found = corners.iter().map(|_| OnceLock::new()).collect();
+        Graph { key, pieces, index, corners, found, told: None }
     }
 
     /// What the disc can keep from obstacles on its way from or to a point: less than usual where that is nearer to one, m.
     pub(super) fn keeps(&self, at: Point2<f64>) -> f64 {
-        let keeps_m = self.key.keeps_m();
-        let least_m = match &self.index {
-            Some(index) => index.distance(at, keeps_m),
-            None => {
-                let near = self.pieces.iter().filter(|piece| !is_apart(piece, keeps_m, at, at));
-                near.map(|piece| piece.distance(at)).fold(keeps_m, f64::min)
-            }
-        };
-        least_m * (1.0 - TOUCH)
+        keeps_at(&[&self.index], at, self.key.keeps_m())
     }
 
     /// Whether a disc that keeps this distance (m) from everything gets straight from one point to the other.
     pub(super) fn sees(&self, from: Point2<f64>, to: Point2<f64>, keeps_m: f64) -> bool {
-        match &self.index {
-            Some(index) => !index.blocks([from, to], keeps_m),
-            None => self.pieces.iter().all(|piece| {
-                is_apart(piece, keeps_m, from, to)
-                    || segment_distance(from, to, piece.a, piece.b) - piece.radius >= keeps_m
-            }),
-        }
+        is_open(&[&self.index], [from, to], keeps_m)
     }
 
     /// The corners that a way can go on to from this one, and how far they are, m.
@@ -145,14 +121,6 @@ pub(super) fn find_links(map: &[Obstacle], keep_m: impl Iterator<Item = f64>) ->
     links::block(&found.collect::<Vec<_>>())
 }
 
-/// Whether a line is so far from a piece that its distance need not be computed.
-fn is_apart(piece: &Capsule, keeps_m: f64, from: Point2<f64>, to: Point2<f64>) -> bool {
-    let reach_m = piece.radius + keeps_m;
-    let beside =
-        |a: f64, b: f64, from: f64, to: f64| a.min(b) - reach_m > from.max(to) || a.max(b) + reach_m < from.min(to);
-    beside(piece.a.x, piece.b.x, from.x, to.x) || beside(piece.a.y, piece.b.y, from.y, to.y)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -187,21 +155,23 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
-        /// An index changes nothing, to the last bit.
+        /// The index answers as a look at all pieces does, to the last bit.
         #[test]
-        fn many_pieces_are_looked_at_through_an_index(
+        fn pieces_are_looked_at_through_an_index(
             map in maps(), lines in prop::collection::vec(prop::array::uniform4(-2.0..11.0f64), 50)
         ) {
             let graph = graph(&map, 0.2);
-            let index = graph.index.as_ref().expect("there are many");
-            prop_assert_eq!(index.len(), map.len());
-            let mut slow = Graph::new(graph.key, &map);
-            slow.index = None;
+            prop_assert_eq!(graph.index.len(), map.len());
             for [x, y, to_x, to_y] in lines {
                 let (from, to) = (Point2::new(x, y), Point2::new(to_x, to_y));
-                prop_assert_eq!(graph.keeps(from), slow.keeps(from));
-                prop_assert_eq!(graph.is_near(from, 0.2), slow.is_near(from, 0.2));
-                prop_assert_eq!(graph.sees(from, to, 0.2), slow.sees(from, to, 0.2));
+                let least_m = map.iter().map(|piece| piece.shape.distance(from)).fold(0.2, f64::min);
+                prop_assert_eq!(graph.keeps(from), least_m * (1.0 - TOUCH));
+                prop_assert_eq!(graph.index.is_near(from, 0.2), least_m < 0.2);
+                let sees = map.iter().all(|piece| {
+                    let Capsule { a, b, radius } = piece.shape;
+                    geometry::segment_distance(from, to, a, b) - radius >= 0.2
+                });
+                prop_assert_eq!(graph.sees(from, to, 0.2), sees);
             }
         }
 
