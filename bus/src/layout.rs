@@ -61,7 +61,7 @@ fn tables() -> String {
     message!(page, Command from Command::default(); tick stamp_ns odometry_stamp_ns form incarnation first second plan hold_ticks
         filtered reserved);
     message!(page, SharedBorders from SharedBorders::default(); tick borders);
-    message!(page, SharedBorder from SharedBorder::default(); number normal_x normal_y offset_m robot incarnation form reserved);
+    message!(page, SharedBorder from SharedBorder::default(); number normal_x normal_y offset_m robot incarnation form heard_after);
     page += "\n### Flags and forms\n\n| of | values |\n|---|---|\n";
     let mut flags = |of: &str, values: &[(u32, &str)]| {
         let values: Vec<String> = values.iter().map(|(value, name)| format!("{value} {name}")).collect();

@@ -19,11 +19,11 @@
 
 /// Version of everything that the processes of a fleet share: goes up with every change of a message, a board, the gate, or a
 /// file of theirs. A daemon may take over a fleet of its own version only.
-pub const FLEET_VERSION: u32 = 6;
+pub const FLEET_VERSION: u32 = 7;
 
 /// Version of docs/agent-protocol.md, which says what an agent reads and writes: goes up with every change of that. A test holds
 /// the layouts in it against the code.
-pub const AGENT_PROTOCOL: u32 = 2;
+pub const AGENT_PROTOCOL: u32 = 3;
 
 pub mod codec;
 pub mod daemon_to_robot;

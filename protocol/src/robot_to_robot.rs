@@ -120,8 +120,9 @@ pub struct SharedBorder {
     pub incarnation: u32,
     /// Which form, see the `FORM_*` constants.
     pub form: u32,
-    /// Keeps the layout explicit.
-    pub reserved: u32,
+    /// With an accepted offer: how many ticks later the newest one was made that has been heard of. None before that will be
+    /// accepted any more.
+    pub heard_after: u32,
 }
 
 impl SharedBorder {
@@ -142,7 +143,7 @@ impl SharedBorder {
 pub struct SharedBorders {
     /// The tick of the pose that it belongs to.
     pub tick: u64,
-    /// The first ones are to the nearest robots; the rest is empty.
+    /// The first ones are to robots that leave the least room; the rest is empty.
     pub borders: [SharedBorder; SharedBorders::MAX],
 }
 

@@ -464,7 +464,12 @@ fn shared_border(robot: u32, incarnation: u32, word: Word) -> SharedBorder {
             ..blank
         },
         Word::Offer { number, rule: Rule::Apart } => SharedBorder { number, form: SharedBorder::FORM_APART, ..blank },
-        Word::Accept { number } => SharedBorder { number, form: SharedBorder::FORM_ACCEPTED, ..blank },
+        Word::Accept { number, heard } => SharedBorder {
+            number,
+            form: SharedBorder::FORM_ACCEPTED,
+            heard_after: heard.saturating_sub(number).try_into().unwrap_or(u32::MAX),
+            ..blank
+        },
     }
 }
 

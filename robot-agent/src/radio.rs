@@ -226,7 +226,9 @@ fn word(border: &SharedBorder) -> Option<Word> {
             Some(Word::Offer { number, rule: Rule::Line { normal, offset_m: border.offset_m } })
         }
         SharedBorder::FORM_APART => Some(Word::Offer { number, rule: Rule::Apart }),
-        SharedBorder::FORM_ACCEPTED => Some(Word::Accept { number }),
+        SharedBorder::FORM_ACCEPTED => {
+            Some(Word::Accept { number, heard: number.saturating_add(border.heard_after.into()) })
+        }
         _ => None,
     }
 }

@@ -4,9 +4,10 @@
 //!
 //! 1. The one that offers says a new line with every word, numbered by its tick, and keeps from then on to it as well as to all
 //!    lines before that the other one may still rely on.
-//! 2. The one that accepts keeps to a single line: the last that it has accepted. It accepts a newer one as soon as all that it may
-//!    still do fits it, and says the number.
-//! 3. The one that offers hears that, and is free of all older lines.
+//! 2. The one that accepts keeps to a single line: the last that it has accepted. It accepts the newest that it has heard as soon as
+//!    all that it may still do fits it, and none that is older. It says both numbers.
+//! 3. The one that offers hears that, and is free of all lines but the accepted one, the newest one that was heard, and later ones.
+//!    So it can always offer another one, however many were not accepted.
 //!
 //! So at any time there is a line to which both keep, whatever was lost, late or out of order. A pair has no line at first, nor after
 //! both have agreed to have none ([`Rule::Apart`]) because they are far from each other: then each stays out of the other one's reach.
@@ -17,7 +18,7 @@ use super::Told;
 use super::claim::Claim;
 use nalgebra::{Point2, Vector2};
 
-/// How many borders one robot talks about at a time: those with the nearest robots. Others stay as they are.
+/// How many borders one robot talks about at a time: those that leave it the least room. Others stay as they are.
 pub const WORDS_MAX: usize = 16;
 /// How many offers may be open: a round trip may take this many ticks before offers are made more slowly.
 const OFFERS_MAX: usize = 24;
@@ -54,6 +55,8 @@ pub enum Word {
     Accept {
         /// Which offer; zero before any.
         number: u64,
+        /// The newest that it has heard of; it accepts none that is older any more.
+        heard: u64,
     },
 }
 
@@ -80,9 +83,13 @@ struct Pair {
     incarnation: u32,
     /// What it keeps to, oldest first. The one that accepts has one.
     rules: Vec<(u64, Rule)>,
+    /// The newest offer that the one that accepts has heard of.
+    heard: u64,
     /// What it says next, if anything.
     word: Option<Word>,
     gap_m: f64,
+    /// How far this robot can go towards the other one, m.
+    room_m: f64,
 }
 
 /// All borders of one robot.
@@ -91,7 +98,7 @@ pub(super) struct Pairs {
     pairs: Vec<Pair>,
     /// Buffers of pairs that have ended, to be used again.
     spare: Vec<Vec<(u64, Rule)>>,
-    /// Who is talked to, nearest first.
+    /// Who is talked to, who leaves the least room first.
     order: Vec<usize>,
 }
 
@@ -116,7 +123,15 @@ impl Pairs {
                     let mut rules = self.spare.pop().unwrap_or_else(|| Vec::with_capacity(OFFERS_MAX));
                     rules.clear();
                     rules.push((0, Rule::Apart));
-                    Pair { robot: other.robot, incarnation: other.incarnation, rules, word: None, gap_m: 0.0 }
+                    Pair {
+                        robot: other.robot,
+                        incarnation: other.incarnation,
+                        rules,
+                        heard: 0,
+                        word: None,
+                        gap_m: 0.0,
+                        room_m: 0.0,
+                    }
                 }
             });
         }
@@ -135,6 +150,11 @@ impl Pairs {
         } else {
             pair.accept(me, other.word);
         }
+        let side = if offers { 1.0 } else { -1.0 };
+        pair.room_m = pair.rules.iter().fold(pair.gap_m, |least, (_, rule)| match rule {
+            Rule::Apart => least,
+            Rule::Line { normal, offset_m } => least.min(side * (offset_m - me.at.coords.dot(normal)) - me.radius_m),
+        });
     }
 
     /// What this robot keeps to with the other one at this place, and the numbers of the offers.
@@ -142,12 +162,12 @@ impl Pairs {
         &self.pairs[place].rules
     }
 
-    /// What is said, to the nearest first: slot, life and word.
+    /// What is said, to who leaves the least room first: slot, life and word.
     pub(super) fn words(&mut self) -> impl Iterator<Item = (u32, u32, Word)> + '_ {
         self.order.clear();
         self.order.extend((0..self.pairs.len()).filter(|place| self.pairs[*place].word.is_some()));
         let pairs = &self.pairs;
-        self.order.sort_unstable_by(|a, b| pairs[*a].gap_m.total_cmp(&pairs[*b].gap_m).then(a.cmp(b)));
+        self.order.sort_unstable_by(|a, b| pairs[*a].room_m.total_cmp(&pairs[*b].room_m).then(a.cmp(b)));
         self.order.iter().take(WORDS_MAX).filter_map(|place| {
             let pair = &self.pairs[*place];
             Some((pair.robot, pair.incarnation, pair.word?))
@@ -160,11 +180,11 @@ impl Pair {
         self.robot == other.robot && self.incarnation == other.incarnation
     }
 
-    /// It is free of everything older than what the other one keeps to.
+    /// It is free of everything but what the other one keeps to, and what that one can still accept.
     fn hear_accepted(&mut self, word: Option<Word>) {
-        let Some(Word::Accept { number }) = word else { return };
+        let Some(Word::Accept { number, heard }) = word else { return };
         if self.rules.iter().any(|(known, _)| *known == number) {
-            self.rules.retain(|(known, _)| *known >= number);
+            self.rules.retain(|(known, _)| *known == number || *known >= heard);
         } else if number == 0 && self.rules.len() < OFFERS_MAX {
             // The other one has forgotten what it had agreed to.
             self.rules.insert(0, (0, Rule::Apart));
@@ -195,7 +215,9 @@ impl Pair {
         let (accepted, _) = self.rules[0];
         if let Some(Word::Offer { number, rule }) = word
             && number > accepted
+            && number >= self.heard
         {
+            self.heard = number;
             let fits = match rule {
                 Rule::Apart => me.is_out_of_reach,
                 Rule::Line { normal, offset_m } => {
@@ -207,7 +229,7 @@ impl Pair {
             }
         }
         // A robot that offers nothing gets no answer.
-        self.word = word.map(|_| Word::Accept { number: self.rules[0].0 });
+        self.word = word.map(|_| Word::Accept { number: self.rules[0].0, heard: self.heard });
     }
 }
 
@@ -288,10 +310,10 @@ mod tests {
         let Rule::Line { normal, offset_m } = first else { panic!("{first:?}") };
         assert!((normal - Vector2::x()).norm() < 1e-12 && (offset_m - 0.5).abs() < 1e-6, "half of the gap");
         // It has moved on; what was heard of it is still that it has accepted nothing.
-        let (word, rules) = talk(&mut pairs, 11, &told(2, 1.2, Some(Word::Accept { number: 0 })), true);
+        let (word, rules) = talk(&mut pairs, 11, &told(2, 1.2, Some(Word::Accept { number: 0, heard: 0 })), true);
         let Some(Word::Offer { number: 11, rule: second }) = word else { panic!("{word:?}") };
         assert_eq!(rules, [Rule::Apart, first, second]);
-        let (_, rules) = talk(&mut pairs, 12, &told(2, 1.2, Some(Word::Accept { number: 10 })), true);
+        let (_, rules) = talk(&mut pairs, 12, &told(2, 1.2, Some(Word::Accept { number: 10, heard: 10 })), true);
         assert_eq!(rules[..2], [first, second]);
     }
 
@@ -300,7 +322,7 @@ mod tests {
         for out_of_reach in [true, false] {
             let mut pairs = Pairs::new(1);
             talk(&mut pairs, 10, &told(2, 1.0, None), true);
-            let far = told(2, 9.0, Some(Word::Accept { number: 10 }));
+            let far = told(2, 9.0, Some(Word::Accept { number: 10, heard: 10 }));
             let (_, rules) = talk(&mut pairs, 11, &far, out_of_reach);
             assert_eq!(rules.last() == Some(&Rule::Apart), out_of_reach, "{rules:?}");
 
@@ -311,7 +333,7 @@ mod tests {
             assert_eq!(rules, [line]);
             let (word, rules) = talk(&mut pairs, 11, &told(0, -9.0, offer(10, Rule::Apart)), out_of_reach);
             assert_eq!((rules[0] == Rule::Apart, rules.len()), (out_of_reach, 1));
-            assert_eq!(word, Some(Word::Accept { number: if out_of_reach { 10 } else { 9 } }));
+            assert_eq!(word, Some(Word::Accept { number: if out_of_reach { 10 } else { 9 }, heard: 10 }));
         }
     }
 
@@ -321,15 +343,108 @@ mod tests {
         // It would go through the robot.
         let line = Rule::Line { normal: Vector2::x(), offset_m: -0.1 };
         let (word, rules) = talk(&mut pairs, 10, &told(0, -1.0, Some(Word::Offer { number: 9, rule: line })), true);
-        assert_eq!((word, rules), (Some(Word::Accept { number: 0 }), vec![Rule::Apart]));
+        assert_eq!((word, rules), (Some(Word::Accept { number: 0, heard: 9 }), vec![Rule::Apart]));
     }
 
     #[test]
     fn a_new_life_has_agreed_to_nothing() {
         let mut pairs = Pairs::new(1);
         talk(&mut pairs, 10, &told(2, 1.0, None), true);
-        let again = Told { incarnation: 1, ..told(2, 1.0, Some(Word::Accept { number: 10 })) };
+        let again = Told { incarnation: 1, ..told(2, 1.0, Some(Word::Accept { number: 10, heard: 10 })) };
         let (_, rules) = talk(&mut pairs, 11, &again, true);
         assert_eq!((rules.len(), rules[0]), (2, Rule::Apart));
+    }
+
+    #[test]
+    fn lines_that_are_past_are_forgotten_and_not_accepted() {
+        let mut pairs = Pairs::new(1);
+        for tick in 10..14 {
+            talk(&mut pairs, tick, &told(2, 0.1 * tick as f64, Some(Word::Accept { number: 0, heard: 0 })), true);
+        }
+        assert_eq!(pairs.rules(0).iter().map(|(number, _)| *number).collect::<Vec<_>>(), [0, 10, 11, 12, 13]);
+        // What the other one may still accept, and what it keeps to, are left.
+        talk(&mut pairs, 14, &told(2, 1.4, Some(Word::Accept { number: 0, heard: 12 })), true);
+        assert_eq!(pairs.rules(0).iter().map(|(number, _)| *number).collect::<Vec<_>>(), [0, 12, 13, 14]);
+
+        let mut pairs = Pairs::new(1);
+        let offer =
+            |number, offset_m| Some(Word::Offer { number, rule: Rule::Line { normal: Vector2::x(), offset_m } });
+        // The newer one does not fit, the older one would: it comes too late.
+        for (number, offset_m) in [(9, -0.1), (8, -0.5)] {
+            let (word, rules) = talk(&mut pairs, 10, &told(0, -1.0, offer(number, offset_m)), true);
+            assert_eq!((word, rules), (Some(Word::Accept { number: 0, heard: 9 }), vec![Rule::Apart]));
+        }
+    }
+
+    #[test]
+    fn an_old_line_that_is_in_the_way_comes_before_robots_that_are_near() {
+        let claim = Claim::default();
+        let me = Me {
+            at: Point2::origin(),
+            velocity: Vector2::zeros(),
+            radius_m: 0.2,
+            claim: &claim,
+            reach_m: 0.1,
+            act_s: 0.1,
+            dt_s: 0.1,
+            is_out_of_reach: true,
+        };
+        // With the farthest one there is a line that leaves no room, from a time when it was near.
+        let line = Word::Offer { number: 5, rule: Rule::Line { normal: Vector2::x(), offset_m: 0.2 } };
+        for robot in [1, 40] {
+            let offers = robot < 20;
+            let mut told: Vec<Told> = (2..22).map(|other| told(other, 0.1 * f64::from(other) + 0.3, None)).collect();
+            let last = told.last_mut().expect("there are some");
+            last.word = if offers { Some(Word::Accept { number: 5, heard: 5 }) } else { Some(line) };
+            let mut pairs = Pairs::new(robot);
+            pairs.meet(&told);
+            if let Word::Offer { number, rule } = line
+                && offers
+            {
+                pairs.pairs.last_mut().expect("there are some").rules.push((number, rule));
+            }
+            for (place, other) in told.iter().enumerate() {
+                pairs.talk(place, 10, &me, other);
+            }
+            assert_eq!(pairs.words().next().map(|(robot, ..)| robot), Some(21), "{robot}");
+        }
+    }
+
+    /// Two robots that hear of each other some ticks late. The one that accepts goes round the other one faster than lines come;
+    /// then it stands.
+    #[test]
+    fn however_many_offers_were_not_accepted_another_one_is() {
+        const LATE: usize = 4;
+        let place = |tick: usize| {
+            let angle = 0.5 * tick.min(70) as f64;
+            Point2::new(0.5 * angle.cos(), 0.5 * angle.sin())
+        };
+        let claim = Claim::default();
+        let mut pairs = [Pairs::new(0), Pairs::new(1)];
+        let mut words = [[None; 90]; 2];
+        for tick in 10 + LATE..90 {
+            let now = [Point2::origin(), place(tick)];
+            for me in 0..2 {
+                let (other, heard) = (1 - me, tick - LATE);
+                let (at, seen) = (now[other], Some(now[other]));
+                let other = Told { tick: heard as u64, at, seen, ..told(other as u32, 0.0, words[other][heard]) };
+                let me_now = Me {
+                    at: now[me],
+                    velocity: Vector2::zeros(),
+                    radius_m: 0.2,
+                    claim: &claim,
+                    reach_m: 0.1,
+                    act_s: 0.1,
+                    dt_s: 0.1,
+                    is_out_of_reach: false,
+                };
+                pairs[me].meet(std::slice::from_ref(&other));
+                pairs[me].talk(0, tick as u64, &me_now, &other);
+                words[me][tick] = pairs[me].words().map(|(_, _, word)| word).next();
+            }
+            assert!(pairs[0].rules(0).len() <= 2 * LATE + 3, "{:?}", pairs[0].rules(0));
+        }
+        let (number, rule) = pairs[1].rules(0)[0];
+        assert!(number >= 70 && matches!(rule, Rule::Line { .. }), "{number} {rule:?}");
     }
 }
