@@ -42,10 +42,10 @@ use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::orca::{Mover, robot_plane};
 use crate::params::ParamError;
 use crate::planner::{Intent, Neighbor, Plan, PlanInput, Planner, solid};
-use crate::steering::{steer_to_goal, stoppable_speed};
+use crate::steering::{arc_speed, steer_to_goal, stoppable_speed, turnable};
 use crate::way::Ahead;
-use geometry::HalfPlane;
 use geometry::half_planes::nearest_relaxed;
+use geometry::{HalfPlane, heading, wrap};
 use model::random::Stream;
 use model::{BodyKind, Drive, ParamValues, PlanState};
 use nalgebra::{Point2, Rotation2, Vector2};
@@ -96,6 +96,13 @@ const YIELDS_WITHIN: f64 = 0.7;
 const SAME_WAY: f64 = 0.3;
 /// Time over which speed and headway are averaged, in units of radius by speed.
 const LATELY: f64 = 8.0;
+/// And how much longer for a body that has to turn first, in the time in which it turns by a radian: it has not lost what it needs for
+/// that.
+const LATELY_TURNS: f64 = 10.0;
+/// What a body that has to turn first keeps more, in radii, from one that has way: it could not make room for it in time.
+const TURNS_BESIDE: f64 = 0.2;
+/// One nearer than this, in radii, touches it: then it does not back off for that.
+const TOUCHES: f64 = 0.01;
 /// Of the sum of radii: what is kept beside it.
 const KEEPS_BESIDE: f64 = 1.1;
 /// Relative wishes below this share of the speed go nowhere.
@@ -105,6 +112,8 @@ const PATIENCE: f64 = 30.0;
 const ASIDE: f64 = 8.0;
 /// What counts as progress, in radii.
 const PROGRESS: f64 = 0.1;
+/// By how much of its length a velocity may be outside a half-plane by rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// What a robot has said, as both sides know it: rules that two robots apply to each other look at nothing else.
 #[derive(Clone, Copy, Debug)]
@@ -196,7 +205,8 @@ impl Planner for Lanes {
 
         // A point goes where it is told; what turns has to be watched.
         let went = if input.kind == BodyKind::Point { velocity } else { input.velocity };
-        let share = (input.dt_s / (LATELY * unit_s)).min(1.0);
+        let turns_s = if input.kind == BodyKind::Point { 0.0 } else { LATELY_TURNS / input.limits.turn_radps_max };
+        let share = (input.dt_s / (LATELY * unit_s + turns_s)).min(1.0);
         let wishes = wish.norm();
         if wishes > SLOW * speed {
             self.slow += share * ((1.0 - went.norm() / wishes).max(0.0) - self.slow);
@@ -210,10 +220,7 @@ impl Planner for Lanes {
         (self.said, self.was) = (Some(said), (input.position, input.tick));
         let drive = match input.kind {
             BodyKind::Point => Drive::Velocity(velocity),
-            BodyKind::Unicycle | BodyKind::DiffDrive => {
-                // No faster than it is there within a tick.
-                steer_to_goal(velocity, self.params.heading_gain.min(1.0 / input.dt_s), input)
-            }
+            BodyKind::Unicycle | BodyKind::DiffDrive => self.turn_towards(velocity, wanted, input),
             BodyKind::TwoLinkArm => Drive::stop(input.kind),
         };
         Plan { attractive: wish, repulsive: velocity - wish, state, intent: Some(intent), ..Plan::only(drive) }
@@ -335,6 +342,21 @@ impl Lanes {
         0.0
     }
 
+    /// The twist of a body that has to turn to this velocity first: meanwhile it drives ahead as fast as all half-planes allow, but no
+    /// faster than it gets on in the direction that it wants.
+    fn turn_towards(&self, velocity: Vector2<f64>, wanted: Vector2<f64>, input: &PlanInput<'_>) -> Drive {
+        // No faster than it is there within a tick.
+        let gain = self.params.heading_gain.min(1.0 / input.dt_s);
+        let drive = steer_to_goal(velocity, gain, input);
+        let Drive::Twist { speed_mps, turn_radps } = drive else { return drive };
+        let ahead = Vector2::new(input.yaw_rad.cos(), input.yaw_rad.sin());
+        let most = input.limits.speed_mps_max;
+        let free = most * kept_share(&self.planes, ahead * most);
+        let error = if velocity.norm() > 0.0 { wrap(heading(velocity) - input.yaw_rad) } else { 0.0 };
+        let meanwhile = free.min(ahead.dot(&wanted)) * turnable(error, gain, &input.limits);
+        Drive::Twist { speed_mps: speed_mps.max(meanwhile.min(arc_speed(input))), turn_radps }
+    }
+
     /// The half-planes of velocities; how many of them are hard.
     fn draw(&mut self, input: &PlanInput<'_>, unit_s: f64) -> usize {
         let (speed, dt_s) = (input.limits.speed_mps_max, input.dt_s);
@@ -398,7 +420,9 @@ impl Lanes {
                 None => (other.said.command, 0.5, self.params.horizon),
             };
             let horizon_s = (horizon * unit_s).max(dt_s);
-            let it = Mover { position: other.at, velocity, radius_m: other.radius_m };
+            let turns = input.kind != BodyKind::Point && way == Some(false) && !other.said.arrived;
+            let beside_m = if turns && gap_m > TOUCHES * input.radius_m { TURNS_BESIDE * input.radius_m } else { 0.0 };
+            let it = Mover { position: other.at, velocity, radius_m: other.radius_m + beside_m };
             if gap_m < (2.0 * speed + velocity.norm()) * horizon_s {
                 self.planes.push(robot_plane(&own, &it, horizon_s, dt_s, share));
             }
@@ -462,7 +486,7 @@ fn kept_share(planes: &[HalfPlane], velocity: Vector2<f64>) -> f64 {
     let share = |plane: &HalfPlane| {
         let room = -plane.excess(Vector2::zeros());
         let used = room + plane.excess(velocity);
-        if used > room { (room / used).max(0.0) } else { 1.0 }
+        if used > room + ROUNDING * velocity.norm() { (room / used).max(0.0) } else { 1.0 }
     };
     planes.iter().map(share).fold(1.0, f64::min)
 }

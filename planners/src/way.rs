@@ -180,7 +180,8 @@ impl Way {
     }
 
     /// What a robot heads for that is here (m); `None` if no way leads to the goal.
-    pub fn ahead(&mut self, from: Point2<f64>) -> Option<Ahead> {
+    pub fn ahead(&mut self, at: Point2<f64>) -> Option<Ahead> {
+        let from = self.graph.outlook(at);
         let keeps_m = self.graph.keeps(from);
         // What comes after that for which it headed may have come into sight; nothing else does in a tick, as a rule.
         if let Some(Some(index)) = self.heads_for {
@@ -190,10 +191,10 @@ impl Way {
             }
         }
         if let Some(heads_for) = self.heads_for.filter(|heads_for| self.sees(from, *heads_for, keeps_m)) {
-            return Some(self.to(from, heads_for));
+            return Some(self.to(at, heads_for));
         }
         self.heads_for = self.best(from, keeps_m);
-        self.heads_for.map(|heads_for| self.to(from, heads_for))
+        self.heads_for.map(|heads_for| self.to(at, heads_for))
     }
 
     /// Looks at all corners.

@@ -87,6 +87,75 @@ fn walls_count_where_it_turns_to() {
 }
 
 #[test]
+fn rounding_stops_no_robot_that_slides_along_a_wall() {
+    for degrees in 0..360 {
+        let angle = f64::from(degrees).to_radians();
+        let wall = HalfPlane::below(Vector2::new(angle.cos(), angle.sin()), 0.0);
+        let opposite = HalfPlane { direction: -wall.direction, ..wall };
+        let along = Rotation2::new(angle) * Vector2::new(0.0, 0.7);
+        assert_eq!(kept_share(&[wall, opposite], along), 1.0, "{degrees}");
+        assert_eq!(kept_share(&[wall], along + Rotation2::new(angle) * Vector2::x() * 1e-9), 0.0, "{degrees}");
+    }
+}
+
+/// A unicycle at the origin that heads along +x and wants to.
+fn unicycle() -> PlanInput<'static> {
+    PlanInput {
+        kind: BodyKind::Unicycle,
+        limits: Limits { speed_mps_max: 1.0, turn_radps_max: 0.3, ..LIMITS },
+        ..input()
+    }
+}
+
+fn turned(velocity: Vector2<f64>, wanted: Vector2<f64>, planes: &[HalfPlane]) -> (f64, f64) {
+    let mut planner = Lanes::new(Params::default(), IDENTITY);
+    planner.planes = planes.to_vec();
+    let Drive::Twist { speed_mps, turn_radps } = planner.turn_towards(velocity, wanted, &unicycle()) else {
+        panic!("a unicycle has a twist")
+    };
+    (speed_mps, turn_radps)
+}
+
+#[test]
+fn a_body_that_has_to_turn_drives_on_meanwhile_as_far_as_all_allows() {
+    let (ahead, back) = (Vector2::x(), Vector2::new(-0.1, 0.0));
+    let slower = |most| [HalfPlane::below(Vector2::x(), most)];
+    let (speed, turn) = turned(back, ahead, &slower(0.5));
+    assert!(speed > 0.0 && speed < 0.5 && turn.abs() == 0.3, "{speed} {turn}");
+    assert!(turned(back, ahead, &slower(0.2)).0 < speed);
+    // Where nothing is to be had by it, it only turns.
+    assert_eq!(turned(back, ahead, &slower(0.0)).0, 0.0);
+    assert_eq!(turned(back, -ahead, &[]).0, 0.0);
+    // Towards where it goes anyway nothing changes.
+    assert_eq!(turned(ahead, ahead, &[]), (1.0, 0.0));
+}
+
+#[test]
+fn what_a_body_needs_to_turn_is_no_loss_and_is_kept_clear() {
+    let planned = |kind, turn_radps_max, neighbors: &[Neighbor], ticks: u64| {
+        let mut planner = Lanes::new(Params::default(), IDENTITY);
+        let limits = Limits { speed_mps_max: 1.0, turn_radps_max, ..LIMITS };
+        let first = PlanInput { kind, limits, goal: Point2::new(-9.0, 0.0), ..input() };
+        let plans = (0..ticks).map(|tick| planner.plan(&PlanInput { tick, neighbors, ..first }));
+        let plan = plans.last().expect("there are some");
+        (plan.intent.expect("it says what it is about").lag, plan.attractive + plan.repulsive)
+    };
+    // It stands and turns: for one that turns slowly that is less of a delay.
+    let lag = |turn| planned(BodyKind::Unicycle, turn, &[], 20).0;
+    assert!(lag(0.3) < 0.5 * lag(3.0) && lag(0.3) > 0.0, "{} {}", lag(0.3), lag(3.0));
+    // One that has way is close and comes nearer on the same way: a unicycle keeps off farther than a point.
+    let first = robot(1, [-0.02, 0.43], [-0.95, -0.1]);
+    let first = Neighbor { intent: first.intent.map(|intent| Intent { left_m: 5.0, ..intent }), ..first };
+    let aside = |kind| planned(kind, 1.0, &[first], 2).1.y;
+    assert!(
+        aside(BodyKind::Unicycle) < aside(BodyKind::Point) - 0.01,
+        "{} {}",
+        aside(BodyKind::Unicycle),
+        aside(BodyKind::Point)
+    );
+}
+
+#[test]
 fn ranks_are_those_of_directions() {
     let planned_rank = |goal: [f64; 2]| {
         let mut planner = Lanes::new(Params::default(), IDENTITY);

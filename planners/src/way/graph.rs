@@ -5,13 +5,15 @@ use super::outline::{Corner, corners};
 use crate::planner::{Obstacle, solid};
 use geometry::route::{is_open, keeps_at};
 use geometry::{Capsule, Map};
-use nalgebra::{Point2, distance};
+use nalgebra::{Point2, Vector2, distance};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 /// Rounding decides neither for nor against a line, as a share of the radius.
 const TOUCH: f64 = 1e-6;
+/// How far a corner of an outline is from the middle of its arc, by radius: 1 / cos 22.5 degrees.
+const CORNER: f64 = 1.082_392_200_292_394;
 /// Graphs that are kept for robots that come later.
 const KEPT: usize = 16;
 
@@ -69,6 +71,24 @@ impl Graph {
     /// What the disc can keep from obstacles on its way from or to a point: less than usual where that is nearer to one, m.
     pub(super) fn keeps(&self, at: Point2<f64>) -> f64 {
         keeps_at(&[&self.index], at, self.key.keeps_m())
+    }
+
+    /// From where a disc looks for its way: nearer to an obstacle than ways are, from a corner's distance to it. Between an arc and its
+    /// straight outline only the two next corners are in sight, and the way would lead back to one of them.
+    pub(super) fn outlook(&self, at: Point2<f64>) -> Point2<f64> {
+        let keeps_m = self.key.keeps_m();
+        let reach = Vector2::repeat(keeps_m);
+        let mut nearest: Option<(f64, Capsule)> = None;
+        self.index.each_in([at - reach, at + reach], |_, piece| {
+            let distance_m = piece.distance(at);
+            if distance_m < nearest.map_or(keeps_m * (1.0 - TOUCH), |(least_m, _)| least_m) {
+                nearest = Some((distance_m, *piece));
+            }
+        });
+        let Some((distance_m, piece)) = nearest else { return at };
+        let Some(away) = (at - piece.nearest_core(at)).try_normalize(0.0) else { return at };
+        let out = at + away * (keeps_m * CORNER - distance_m);
+        if self.index.is_near(out, keeps_m) { at } else { out }
     }
 
     /// Whether a disc that keeps this distance (m) from everything gets straight from one point to the other.

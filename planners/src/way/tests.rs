@@ -105,6 +105,24 @@ fn who_stands_too_near_to_a_wall_finds_a_way_all_the_same() {
 }
 
 #[test]
+fn who_was_pushed_against_the_corner_of_a_door_does_not_go_back() {
+    let map = [
+        block(0, &[[-0.3, 0.3], [0.3, 0.3], [0.3, 6.0], [-0.3, 6.0]]),
+        block(1, &[[-0.3, -6.0], [0.3, -6.0], [0.3, -0.3], [-0.3, -0.3]]),
+    ]
+    .concat();
+    // Nearer to the jamb than ways are, all round its corner.
+    for degrees in 91..112 {
+        let angle = f64::from(degrees).to_radians();
+        let at = Point2::new(-0.3, -0.3) + Vector2::new(angle.cos(), angle.sin()) * 0.2027;
+        let mut way = Way::new(&map, 0.2, Point2::new(-2.0, 0.0), Point2::new(3.0, -0.4), 0.0);
+        let ahead = way.ahead(at).expect("there is a way");
+        assert!(ahead.at.x > at.x, "{degrees}: from {at} to {}", ahead.at);
+        assert!(ahead.left_m < 3.6, "{}", ahead.left_m);
+    }
+}
+
+#[test]
 fn with_a_toll_obstacles_are_on_the_left_unless_that_is_much_longer() {
     // Heading along +x past a disc that is a little to the right: on its left the way is shorter.
     let map = [disc(0, [0.0, -0.2], 0.8)];
