@@ -19,6 +19,8 @@
 //! 4. **Velocity.** The nearest to the turned wish within hard and soft half-planes. Hard: what the filter behind it allows, that is
 //!    this robot's own part of each gap ([`filter`](crate::filter)). Soft: those of ORCA ([`orca`](crate::orca)) for a short
 //!    horizon; where not all can hold they give way evenly.
+//!    A body that has to turn first drives ahead meanwhile as far as all of them allow. It keeps a little farther from those that have
+//!    way, and what it needs to turn it has not lost.
 //! 5. **Last resort.** Without progress for a long time: aside for a short time, in a direction that the robot draws.
 //!
 //! All lengths are in radii of the robot and all times in radius by greatest speed, so that robots of any size do the same.
