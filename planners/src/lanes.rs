@@ -39,6 +39,7 @@
 
 mod common_turn;
 
+use crate::filter::ROUNDING;
 use crate::guide::{Guide, Heading};
 use crate::method::{Identity, Method, Symmetry, any_speed};
 use crate::orca::{Mover, robot_plane};
@@ -114,8 +115,6 @@ const PATIENCE: f64 = 30.0;
 const ASIDE: f64 = 8.0;
 /// What counts as progress, in radii.
 const PROGRESS: f64 = 0.1;
-/// By how much of its length a velocity may be outside a half-plane by rounding.
-const ROUNDING: f64 = 1e-12;
 
 /// What a robot has said, as both sides know it: rules that two robots apply to each other look at nothing else.
 #[derive(Clone, Copy, Debug)]

@@ -181,8 +181,7 @@ impl Way {
 
     /// What a robot heads for that is here (m); `None` if no way leads to the goal.
     pub fn ahead(&mut self, at: Point2<f64>) -> Option<Ahead> {
-        let from = self.graph.outlook(at);
-        let keeps_m = self.graph.keeps(from);
+        let (from, keeps_m) = self.graph.outlook(at);
         // What comes after that for which it headed may have come into sight; nothing else does in a tick, as a rule.
         if let Some(Some(index)) = self.heads_for {
             let next = self.left[index as usize].next;

@@ -104,7 +104,7 @@ impl SharedPose {
 /// What a robot tells another one about the border between the two.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.SharedBorder.v1")]
+#[type_name("shoal.SharedBorder.v2")]
 pub struct SharedBorder {
     /// Which offer, or the number of the one that is accepted: the tick in which it was made.
     pub number: u64,
@@ -139,7 +139,7 @@ impl SharedBorder {
 /// All that a robot says about borders in a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("shoal.SharedBorders.v1")]
+#[type_name("shoal.SharedBorders.v2")]
 pub struct SharedBorders {
     /// The tick of the pose that it belongs to.
     pub tick: u64,

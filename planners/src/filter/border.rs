@@ -282,19 +282,16 @@ mod tests {
         }
     }
 
+    /// A robot that stands here.
+    fn me(at: Point2<f64>, claim: &Claim, is_out_of_reach: bool) -> Me<'_> {
+        let velocity = Vector2::zeros();
+        Me { at, velocity, radius_m: 0.2, claim, reach_m: 0.1, act_s: 0.1, dt_s: 0.1, is_out_of_reach }
+    }
+
     /// What the robot in slot 1, at the origin, says in tick 10 to another one, and what it keeps to from then on.
     fn talk(pairs: &mut Pairs, tick: u64, other: &Told, is_out_of_reach: bool) -> (Option<Word>, Vec<Rule>) {
         let claim = Claim::default();
-        let me = Me {
-            at: Point2::origin(),
-            velocity: Vector2::zeros(),
-            radius_m: 0.2,
-            claim: &claim,
-            reach_m: 0.1,
-            act_s: 0.1,
-            dt_s: 0.1,
-            is_out_of_reach,
-        };
+        let me = me(Point2::origin(), &claim, is_out_of_reach);
         pairs.meet(std::slice::from_ref(other));
         pairs.talk(0, tick, &me, other);
         let word = pairs.words().map(|(_, _, word)| word).next();
@@ -379,16 +376,7 @@ mod tests {
     #[test]
     fn an_old_line_that_is_in_the_way_comes_before_robots_that_are_near() {
         let claim = Claim::default();
-        let me = Me {
-            at: Point2::origin(),
-            velocity: Vector2::zeros(),
-            radius_m: 0.2,
-            claim: &claim,
-            reach_m: 0.1,
-            act_s: 0.1,
-            dt_s: 0.1,
-            is_out_of_reach: true,
-        };
+        let me = me(Point2::origin(), &claim, true);
         // With the farthest one there is a line that leaves no room, from a time when it was near.
         let line = Word::Offer { number: 5, rule: Rule::Line { normal: Vector2::x(), offset_m: 0.2 } };
         for robot in [1, 40] {
@@ -424,23 +412,13 @@ mod tests {
         let mut words = [[None; 90]; 2];
         for tick in 10 + LATE..90 {
             let now = [Point2::origin(), place(tick)];
-            for me in 0..2 {
-                let (other, heard) = (1 - me, tick - LATE);
+            for robot in 0..2 {
+                let (other, heard) = (1 - robot, tick - LATE);
                 let (at, seen) = (now[other], Some(now[other]));
                 let other = Told { tick: heard as u64, at, seen, ..told(other as u32, 0.0, words[other][heard]) };
-                let me_now = Me {
-                    at: now[me],
-                    velocity: Vector2::zeros(),
-                    radius_m: 0.2,
-                    claim: &claim,
-                    reach_m: 0.1,
-                    act_s: 0.1,
-                    dt_s: 0.1,
-                    is_out_of_reach: false,
-                };
-                pairs[me].meet(std::slice::from_ref(&other));
-                pairs[me].talk(0, tick as u64, &me_now, &other);
-                words[me][tick] = pairs[me].words().map(|(_, _, word)| word).next();
+                pairs[robot].meet(std::slice::from_ref(&other));
+                pairs[robot].talk(0, tick as u64, &me(now[robot], &claim, false), &other);
+                words[robot][tick] = pairs[robot].words().map(|(_, _, word)| word).next();
             }
             assert!(pairs[0].rules(0).len() <= 2 * LATE + 3, "{:?}", pairs[0].rules(0));
         }

@@ -45,7 +45,7 @@ use nalgebra::{Point2, Vector2};
 const SLACK: f64 = 1e-9;
 /// Distance that is kept from everything, m; and what a body may use up of it by rounding, as a share of its way.
 const RESERVE_M: f64 = 1e-6;
-const ROUNDING: f64 = 1e-12;
+pub(crate) const ROUNDING: f64 = 1e-12;
 /// A body that turns is steered round what is in its way if less than this share of its speed is left.
 const HINDERED: f64 = 0.5;
 /// It turns away from the line by this much more than it has to, rad.

@@ -5,7 +5,7 @@ use super::outline::{Corner, corners};
 use crate::planner::{Obstacle, solid};
 use geometry::route::{is_open, keeps_at};
 use geometry::{Capsule, Map};
-use nalgebra::{Point2, Vector2, distance};
+use nalgebra::{Point2, distance};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
@@ -73,22 +73,22 @@ impl Graph {
         keeps_at(&[&self.index], at, self.key.keeps_m())
     }
 
-    /// From where a disc looks for its way: nearer to an obstacle than ways are, from a corner's distance to it. Between an arc and its
-    /// straight outline only the two next corners are in sight, and the way would lead back to one of them.
-    pub(super) fn outlook(&self, at: Point2<f64>) -> Point2<f64> {
+    /// From where a disc looks for its way, and what it can keep from obstacles on it, m. Nearer to an obstacle than ways are it looks
+    /// from a corner's distance to that: between an arc and its straight outline only the two next corners are in sight, and the way
+    /// would lead back to one of them.
+    pub(super) fn outlook(&self, at: Point2<f64>) -> (Point2<f64>, f64) {
         let keeps_m = self.key.keeps_m();
-        let reach = Vector2::repeat(keeps_m);
-        let mut nearest: Option<(f64, Capsule)> = None;
-        self.index.each_in([at - reach, at + reach], |_, piece| {
-            let distance_m = piece.distance(at);
-            if distance_m < nearest.map_or(keeps_m * (1.0 - TOUCH), |(least_m, _)| least_m) {
-                nearest = Some((distance_m, *piece));
-            }
-        });
-        let Some((distance_m, piece)) = nearest else { return at };
-        let Some(away) = (at - piece.nearest_core(at)).try_normalize(0.0) else { return at };
+        let usual_m = keeps_m * (1.0 - TOUCH);
+        let mut nearest = Vec::new();
+        self.index.nearest(at, keeps_m, 1, &mut nearest);
+        let Some((distance_m, wall)) = nearest.first().copied() else { return (at, usual_m) };
+        let here = (at, distance_m * (1.0 - TOUCH));
+        if distance_m >= usual_m {
+            return here;
+        }
+        let Some(away) = (at - self.index.wall(wall as usize).nearest_core(at)).try_normalize(0.0) else { return here };
         let out = at + away * (keeps_m * CORNER - distance_m);
-        if self.index.is_near(out, keeps_m) { at } else { out }
+        if self.index.is_near(out, keeps_m) { here } else { (out, usual_m) }
     }
 
     /// Whether a disc that keeps this distance (m) from everything gets straight from one point to the other.
